@@ -96,8 +96,11 @@ develop: $(VENV)/installed
 # without bytecode: Python compiles the few modules that it imports, and pip would compile all before the first
 $(VENV)/run: EXTRAS := board,plot
 $(VENV)/installed: EXTRAS := dev
-# the tests and what they import, which else each process of the first run would compile for itself
-$(VENV)/installed: WARM := -c "from tests import commands; commands.load()" && $(BIN)/pytest --collect-only > /dev/null
+# the tests and what they import, which else each process of the first run would compile for itself; types of libraries
+LIBRARIES := $(VENV)/libraries.py
+$(VENV)/installed: WARM := -c "from tests import commands; commands.load()" && $(BIN)/pytest --collect-only > /dev/null \
+	&& $(BIN)/python -c "from tests.commands import *; print('import', ', '.join(LIBRARIES))" > $(LIBRARIES) \
+	&& $(BIN)/mypy $(LIBRARIES)
 $(VENV)/run $(VENV)/installed: pyproject.toml constraints.txt
 	$(PYTHON) -m venv $(VENV)
 	$(BIN)/python -m pip install --no-compile --disable-pip-version-check -c constraints.txt -e ".[$(EXTRAS)]"

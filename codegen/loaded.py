@@ -5,14 +5,15 @@ from __future__ import annotations
 
 import builtins
 import contextlib
-import functools
 import os
 import re
 import sys
 from collections import defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
+from types import ModuleType
 from typing import TYPE_CHECKING, Any
 
 from mehvar.base.versions import installed
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from importlib.metadata import Distribution
 
 _IMPORTS: defaultdict[str, set[str]] = defaultdict(set)
-"""Imports of each module, recorded when `tracing` executes it; a process executes each module once."""
+"""Imports of each module that `tracing` executed; a process executes each module once."""
 
 
 @dataclass(frozen=True)
@@ -49,6 +50,8 @@ class Trace:
 def tracing(root: Path, package: str) -> Iterator[Trace]:
     """Record imports and opened files.
 
+    Modules of libraries keep Python's own import statement, because a derivation executes 80 000 of them in SymPy.
+
     Parameters
     ----------
     root : Path
@@ -56,26 +59,14 @@ def tracing(root: Path, package: str) -> Iterator[Trace]:
     package : str
         Name of the model's package, whose imports count even if they were executed before.
     """
-    before, original = set(sys.modules), builtins.__import__
-    known, libraries = set[tuple[object, ...]](), set[str]()
-    of_library = functools.cache(_is_of_library)
+    before, plain = set(sys.modules), SourceFileLoader.exec_module
 
-    def imported(
-        name: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
-    ) -> Any:
-        module = original(name, globals, locals, fromlist, level)
-        importer = globals.get("__name__", "") if globals else ""
-        if importer in libraries:  # SymPy imports inside functions: a derivation executes 100 000 such statements
-            return module
-        statement = (importer, name, tuple(fromlist or ()), level)
-        if statement not in known:
-            known.add(statement)
-            if of_library(importer):
-                libraries.add(importer)
-            _IMPORTS[importer] |= _names(module, name, fromlist, level)
-        return module
+    def execute(loader: SourceFileLoader, module: ModuleType) -> None:
+        if not is_library(Path(loader.path).resolve()):
+            vars(module)["__builtins__"] = {**vars(builtins), "__import__": _recording_import}
+        plain(loader, module)
 
-    builtins.__import__ = imported
+    SourceFileLoader.exec_module = execute  # type: ignore[method-assign, assignment]
     try:
         with watching(root) as requests:
             yield Trace(
@@ -84,12 +75,16 @@ def tracing(root: Path, package: str) -> Iterator[Trace]:
                 requests.answers,
             )
     finally:
-        builtins.__import__ = original
+        SourceFileLoader.exec_module = plain  # type: ignore[method-assign]
 
 
-def _is_of_library(module: str) -> bool:
-    file = getattr(sys.modules.get(module), "__file__", None)
-    return file is not None and is_library(Path(file).resolve())
+def _recording_import(
+    name: str, globals: Any = None, locals: Any = None, fromlist: Sequence[str] | None = (), level: int = 0
+) -> Any:
+    """Import a module, and record its name for the importing one."""
+    module = builtins.__import__(name, globals, locals, fromlist, level)
+    _IMPORTS[globals.get("__name__", "") if globals else ""] |= _names(module, name, fromlist, level)
+    return module
 
 
 def _names(module: Any, name: str, wanted: Any = None, level: int = 0) -> set[str]:

@@ -8,11 +8,13 @@ from dataclasses import fields, replace
 from typing import Any, TypeVar, cast
 
 from mehvar.base import manifest as numeric
-from mehvar.base.manifest import Manifest
+from mehvar.base.manifest import Manifest, file_of
 from mehvar.base.versions import installed
 from mehvar.models.system import Condition, Controller, Event, Group, Parameter, System, free_symbols
 
 from .code.files import PrintedFunction, model_hash
+from .equations import VECTORS
+from .equations.graph import groups
 from .functions.readers import Reader, readers, readers_of
 from .functions.requests import reference_moves
 
@@ -32,15 +34,14 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         SHA-256 of every source file it depends on.
     """
     listing = readers(system)
-    sensor, diffusion, random_step = system.sensor, system.diffusion, system.random_step
+    vectors = groups(system)
     manifest = _as(
         Manifest,
         system,
         model=system.name,
         structure=dict(system.structure),
         hash="",
-        **{name: getattr(system, name).quantities for name in ("states", "inputs", "references", "outputs")},
-        coordinates=system.coordinates.states.quantities if system.coordinates else (),
+        **{name: tuple(vectors.get(role, ())) for name, role in VECTORS.items()},
         parameters=_parameters(system.parameters, listing),
         scenario_parameters=_parameters(system.scenario_parameters, listing),
         controllers={law.name: _controller(law, listing) for law in system.controllers},
@@ -48,15 +49,11 @@ def manifest_of(system: System, functions: Sequence[PrintedFunction], inputs: Ma
         limits_of_state=_of_state(system),
         constraints=_messages(system.constraints),
         reference_constant=not reference_moves(system),
-        noise=sensor.noise.quantities if sensor else (),
-        measured=sensor.seen.quantities if sensor else (),
         delays=dict(system.delays),
-        wiener=diffusion.wiener.quantities if diffusion else (),
-        random_step=random_step.noise.quantities if random_step else (),
         **{name: {part.name: part for part in getattr(system, name)} for name in ("choices", "scenarios", "metrics")},
         geometry=tuple(_as(numeric.Shape, shape, points=len(shape.points)) for shape in system.geometry),
         events=_events(system.events),
-        functions={f.name: _function(system.name, f) for f in functions},
+        functions={f.name: _as(numeric.Function, f, file=file_of(system.name, f.part)) for f in functions},
         versions=installed("casadi", "sympy"),
         inputs_sha256=dict(sorted(inputs.items())),
     )
@@ -93,6 +90,7 @@ def _parameter(q: Parameter, names: tuple[str, ...]) -> numeric.Parameter:
 
 
 def _controller(law: Controller, listing: Sequence[Reader]) -> numeric.Controller:
+    """Return a law of the manifest: its quantities, messages and times instead of expressions."""
     return _as(
         numeric.Controller,
         law,
@@ -113,8 +111,3 @@ def _events(events: Sequence[Event]) -> tuple[numeric.Event, ...]:
 
 def _messages(conditions: Sequence[Condition]) -> tuple[str, ...]:
     return tuple(condition.message for condition in conditions)
-
-
-def _function(model: str, f: PrintedFunction) -> numeric.Function:
-    arguments, results = (tuple(numeric.Array(*pair) for pair in pairs) for pairs in (f.arguments, f.results))
-    return _as(numeric.Function, f, arguments=arguments, results=results, file=numeric.file_of(model, f.part))

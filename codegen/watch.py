@@ -31,6 +31,9 @@ _REFUSED = {
     ),
     **dict.fromkeys(("socket.connect", "socket.getaddrinfo"), "the model contacts another machine"),
 }
+_OPENING, _LISTING = ("open", "sqlite3.connect"), ("os.listdir", "os.scandir")
+_EVENTS = frozenset((*_OPENING, *_LISTING, *_REFUSED))
+"""Audited events that count; a derivation causes 50 000 others."""
 _LIBRARIES = tuple(Path(sysconfig.get_path(name)).resolve() for name in ("stdlib", "platstdlib", "purelib", "platlib"))
 _INSTALLED = {"site-packages", "dist-packages"}
 """Folders of installed libraries, of which only the versions count as inputs."""
@@ -167,14 +170,14 @@ def _hook() -> None:
 
 def _note(event: str, arguments: tuple[Any, ...]) -> None:
     """Record what the model's code opens and lists; refuse programs and network, whose results may change."""
-    if _requests is None:
+    if _requests is None or event not in _EVENTS:
         return
     if name := opened_file(event, arguments):
         if name.startswith(_requests.root):
             _requests.opened.add(name)
         if _reader(_requests):
             _requests.note(name)
-    elif event in ("os.listdir", "os.scandir") and not isinstance(arguments[0], int | bytes):
+    elif event in _LISTING and not isinstance(arguments[0], int | bytes):
         name = _absolute(arguments[0] or ".")
         if not name.startswith(_SYSTEM) and _reader(_requests):
             _requests.listed.add(name)
@@ -189,7 +192,7 @@ def _note(event: str, arguments: tuple[Any, ...]) -> None:
 
 def opened_file(event: str, arguments: tuple[Any, ...]) -> str:
     """Return the absolute path of the file that an audited event opens, also as a database; empty for others."""
-    if event not in ("open", "sqlite3.connect") or not isinstance(arguments[0], str | os.PathLike):
+    if event not in _OPENING or not isinstance(arguments[0], str | os.PathLike):
         return ""
     name = os.fsdecode(arguments[0])
     if event == "sqlite3.connect":

@@ -145,21 +145,21 @@ def check_names(names: Iterable[str], manifest: Manifest) -> None:
     run_checks(*(functools.partial(check, name) for name in names))
 
 
-def read_settings(texts: Iterable[str] | None, flag: str = "--set") -> dict[str, str]:
+def read_settings(texts: Iterable[str] | None, flag: str = "--set", allowed: str = "NAME=VALUE") -> dict[str, str]:
     """Return settings by name; raise InputError for a malformed text or a name given twice.
 
     Parameters
     ----------
     texts : iterable of str, optional
         NAME=VALUE each.
-    flag : str
-        Option that gave them.
+    flag, allowed : str
+        Option that gave them, and their form, for messages.
     """
     settings: dict[str, str] = {}
     for text in texts or ():
-        name, _, value = text.partition("=")
+        name, value = (part.strip() for part in text.partition("=")[::2])
         if not name or not value:
-            raise bad_value(flag, text, "NAME=VALUE")
+            raise bad_value(flag, text, allowed)
         if name in settings:
             raise InputError(f"{flag} {name} is given twice")
         settings[name] = value

@@ -192,6 +192,9 @@ def progress(title: str) -> Iterator[Advance]:
         if advance_cell is not None:
             yield advance_cell
             return
+    if not (sys.stderr.isatty() or {"FORCE_COLOR", "TTY_COMPATIBLE"} & os.environ.keys()):  # as rich decides
+        yield lambda *_: None
+        return
     from rich.console import Console
     from rich.progress import BarColumn, Progress, Task, TextColumn, TimeElapsedColumn, TimeRemainingColumn
     from rich.text import Text

@@ -6,6 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Mapping, Sequence
 
 import sympy as sp
+from sympy.polys.rings import PolyRing
 
 from .arguments import expression, expressions, rates_of, symbols
 from .quantities import wrong
@@ -49,7 +50,7 @@ class _Slopes:
         self._symbols: dict[sp.Basic, set[sp.Basic]] = {}
 
     def __call__(self, expr: sp.Expr, symbol: sp.Symbol) -> sp.Expr:
-        """Differentiate sums and products here, and leave other functions to SymPy."""
+        """Differentiate sums, products and powers here, and leave other functions to SymPy."""
         if expr not in self._symbols:
             self._symbols[expr] = expr.free_symbols
         if symbol not in self._symbols[expr]:
@@ -62,7 +63,25 @@ class _Slopes:
             return sp.Add(
                 *(sp.Mul(*factors[:k], s, *factors[k + 1 :]) for k, s in enumerate(slopes) if s is not sp.S.Zero)
             )
+        if type(expr) is sp.Pow and expr.exp.is_Number:
+            return expr * (self(expr.base, symbol) * expr.exp / expr.base)
         return expr.diff(symbol)
+
+
+def expanded(expr: sp.Expr) -> sp.Expr:
+    """Expand an expression as `sympy.expand`; polynomials in symbols and functions of symbols take half of the time."""
+    variables, stack = dict[sp.Expr, None](), [expr]
+    while stack:
+        node = stack.pop()
+        if isinstance(node, sp.Add | sp.Mul):
+            stack += node.args
+        elif isinstance(node, sp.Pow) and node.exp.is_Integer and node.exp > 0:
+            stack.append(node.base)
+        elif isinstance(node, sp.Symbol) or (isinstance(node, sp.Function) and all(a.is_Symbol for a in node.args)):
+            variables[node] = None
+        elif not node.is_Rational:
+            return sp.expand(expr)
+    return PolyRing(tuple(variables), sp.QQ).from_expr(expr).as_expr() if variables else expr
 
 
 def matrix_rate(matrix: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Matrix:
@@ -134,7 +153,7 @@ def reduce_sines(expr: sp.Expr) -> sp.Expr:
     def is_power_of_sine(term: sp.Basic) -> bool:
         return isinstance(term, sp.Pow) and isinstance(term.base, sp.sin) and bool(term.exp.is_Integer)
 
-    return sp.expand(sp.expand(expr).replace(is_power_of_sine, even))
+    return expanded(expanded(expr).replace(is_power_of_sine, even))
 
 
 def angular_velocity(rotation: sp.Matrix, rates: Mapping[sp.Symbol, sp.Expr]) -> sp.Matrix:

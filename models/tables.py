@@ -12,9 +12,9 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
-from mehvar.base.errors import suggestion, value_text
+from mehvar.base.errors import either, suggestion, value_text
 from mehvar.base.intervals import REALS, Interval
-from mehvar.base.manifest import OF_SECONDS, Metric, Scenario
+from mehvar.base.manifest import METRIC_KINDS, OF_SECONDS, Metric, Scenario
 from mehvar.base.schema import SchemaError, parse_toml, read
 from mehvar.base.units import dimension
 
@@ -109,7 +109,9 @@ def check_scenario_numbers(scenario: Scenario, where: str) -> None:
 
 
 def check_metric_numbers(metric: Metric, where: str) -> None:
-    """Refuse a band or window that the kind of a metric does not use."""
+    """Refuse an unknown kind of metric, and a band or window that the kind does not use."""
+    if metric.kind not in METRIC_KINDS:
+        raise ModelError(f"{where}: kind = {metric.kind!r}: must be {either(METRIC_KINDS)}")
     if metric.kind not in (*OF_SECONDS, *OF_COUNTS) and metric.band != 0:
         raise ModelError(f"{where}: band = {metric.band:g} would be ignored: {metric.kind} uses none")
     least = "above zero" if metric.kind in OF_SECONDS else "zero or above"

@@ -6,6 +6,7 @@ from __future__ import annotations
 import ast
 import contextlib
 import os
+import warnings
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING, Literal
 
@@ -37,21 +38,27 @@ def number(text: str) -> int | float | None:
     return None
 
 
-def literals_are_numbers(tree: ast.AST, text: str) -> bool:
-    """Return True if `number` can read each number of an expression; Python's parser also accepts `1_0` and `0x10`.
+def parsed(text: str) -> ast.expr:
+    """Return a parsed expression in Python's syntax.
 
-    Parameters
-    ----------
-    tree : ast.AST
-        The parsed expression.
-    text : str
-        The text of the expression.
+    Raises
+    ------
+    ValueError
+        If it is none, or `number` cannot read one of its numbers; Python's parser also accepts `1_0` and `0x10`.
     """
+    try:
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")  # Python warns of texts such as `1if` before it refuses them
+            tree = ast.parse(text, mode="eval").body
+    except (SyntaxError, MemoryError, RecursionError, Warning) as error:
+        raise ValueError(text) from error
     lines = text.encode().splitlines()  # once: ast.get_source_segment splits the text for each node
-    literals = (node for node in ast.walk(tree) if isinstance(node, ast.Constant) and type(node.value) in (int, float))
-    return all(
-        number(lines[node.lineno - 1][node.col_offset : node.end_col_offset].decode()) is not None for node in literals
-    )
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Constant) and type(node.value) in (int, float):
+            literal = lines[node.lineno - 1][node.col_offset : node.end_col_offset]
+            if number(literal.decode()) is None:
+                raise ValueError(text)
+    return tree
 
 
 def check_arguments(kind: Argument, origin: str, /, **arguments: object) -> None:

@@ -9,15 +9,15 @@ from __future__ import annotations
 import functools
 import itertools
 import pickle
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pydantic import TypeAdapter
 
 from mehvar.base import cache
-from mehvar.codegen.generate import installed_tree, system_of
+from mehvar.codegen.generate import generated_files, installed_tree, system_of, write
 from mehvar.codegen.ledger.ledger import Ledger
-from mehvar.codegen.structures import structure_folder
 from mehvar.models.system import System
 from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.paper import paper_models
@@ -33,10 +33,13 @@ def system(model: str, /, **structure: str) -> System:
     def fill(folder: Path) -> None:
         (folder / "system").write_bytes(pickle.dumps(system_of(installed_tree(), model, structure)))
 
-    inputs = itertools.chain(*installed_tree().sources(model).items(), *structure.items())
-    name = f"{model}-{cache.key(*inputs)}"
-    derived: System = pickle.loads((cache.entry("systems", name, fill) / "system").read_bytes())
+    derived: System = pickle.loads((cache.entry("systems", _name(model, structure), fill) / "system").read_bytes())
     return derived
+
+
+def _name(model: str, structure: Mapping[str, str]) -> str:
+    inputs = itertools.chain(*installed_tree().sources(model).items(), *sorted(structure.items()))
+    return f"{model}-{cache.key(*inputs)}"
 
 
 def generated(model: str) -> Path:
@@ -45,8 +48,14 @@ def generated(model: str) -> Path:
 
 
 def variant(model: str, /, **structure: str) -> dict[str, str]:
-    """Return the files of a structural variant."""
-    folder = structure_folder(installed_tree(), model, structure)
+    """Return the files of a structural variant, of the system that other tests take."""
+
+    def fill(folder: Path) -> None:
+        tree = installed_tree()
+        tables = tree.root / "models" / model
+        write(folder, generated_files(system(model, **structure), tree.sources(model), tables=tables))
+
+    folder = cache.entry("variants", _name(model, structure), fill)
     return {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if not path.name.startswith(".")}
 
 

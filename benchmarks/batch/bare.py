@@ -20,7 +20,6 @@ from benchmarks.batch.instructions import Counts, counts
 from benchmarks.machine import command_line, machine, table, write
 from benchmarks.peers.problem import CASES, LOOPS, Array, Case, dispersed, first_input, loaded
 from mehvar.runtime.batch.kernel import Kernel, compile_kernel, kernel_flags
-from mehvar.runtime.batch.source import kernel_sources
 from mehvar.runtime.compiling.library import load_library
 from mehvar.runtime.run.options import RunOptions
 
@@ -122,7 +121,7 @@ def _pair(title: str, tolerance: float, evaluations: float, both: list[tuple[flo
 
 def compiled(kernel: Kernel) -> ctypes.CDLL:
     """Compile the bare loop with the sources and flags of a kernel, and prepare its constants."""
-    sources, loop = kernel_sources(kernel.loop), kernel.loop
+    sources, loop = kernel.loop.sources, kernel.loop
     [line] = [line for line in sources["kernel.h"].splitlines() if line.startswith("#define CALL_PREPARE")]
     calls = line.removeprefix("#define CALL_PREPARE").split(";")
     needed = [call for call in calls if any(f"_{name}_prepare(" in call for name in ("rhs", "loop", "project"))]

@@ -32,8 +32,7 @@ from mehvar.base.errors import MehvarError
 from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.store import chunks
-from mehvar.runtime.batch.store import store as store_module
+from mehvar.runtime.batch.store import files
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
 
@@ -213,9 +212,9 @@ class Meter:
     def counting(self) -> Iterator[None]:
         """Measure the work of a store beyond writing arrays."""
         with (
-            mock.patch.object(chunks, "digest", self._timed("digests", chunks.digest)),
-            mock.patch.object(store_module, "_force_files", self._timed("forced writes", store_module._force_files)),
-            mock.patch.object(store_module, "write_record", self._timed("records", store_module.write_record)),
+            mock.patch.object(files, "digest", self._timed("digests", files.digest)),
+            mock.patch.object(files, "force_files", self._timed("forced writes", files.force_files)),
+            mock.patch.object(files, "write_record", self._timed("records", files.write_record)),
         ):
             yield
 

@@ -10,7 +10,7 @@ from functools import cached_property
 from pathlib import Path
 
 from mehvar.base.constants import vectors
-from mehvar.base.manifest import PREPARED, Array, Manifest, Part, file_of, result_shape
+from mehvar.base.manifest import PREPARED, Array, Manifest, Part, Signature, file_of, result_shape
 from mehvar.base.names import identifier
 
 from ..functions.function import FunctionGraph
@@ -23,7 +23,6 @@ from .spelling import PYTHON, C, Language, Printer
 from .split import split
 from .tape import Tape, arranged, tape
 
-Signature = tuple[tuple[str, int | None], ...]
 Families = Mapping[str, tuple[tuple[Hashable, int], ...]]
 """For each vector, the part (such as a pendulum) of each element, and the element's name in that part."""
 _TEMPLATES = Path(__file__).parent / "templates"
@@ -45,8 +44,8 @@ class PrintedFunction:
 
     name: str
     description: str
-    arguments: tuple[tuple[str, int | None], ...]
-    results: tuple[tuple[str, int | None], ...]
+    arguments: Signature
+    results: Signature
     part: Part
     tape: Tape
     labels: Labels = PLAIN
@@ -60,6 +59,11 @@ class PrintedFunction:
         if self.change and self.by_columns:
             return self.change.operations * sum(count for _, _, count in self.matrices)
         return self.tape.operations
+
+    @property
+    def chain(self) -> int:
+        """Operations that one evaluation computes one after the other, because each needs the one before."""
+        return self.change.chain if self.change and self.by_columns else self.tape.chain
 
     @property
     def by_columns(self) -> bool:
@@ -145,12 +149,12 @@ class PrintedFunction:
     def _names(self) -> Names:
         return names_of(self.tape, self.arguments, self.labels, [name for name, _ in self.results])
 
-    def _python_result(self, result: tuple[str, int | None], values: list[str]) -> str:
+    def _python_result(self, result: Array, values: list[str]) -> str:
         if result[1] is None:
             return f"np.asarray({values[0]})[()]"
         elements = "".join(f"\n    {value.replace(chr(10), chr(10) + '    ')}," for value in values)
         vector = f"_vector({elements}\n)" if values else "_vector()"
-        shape = result_shape(self.name, Array(*result), [Array(*argument) for argument in self.arguments])
+        shape = result_shape(self.name, result, self.arguments)
         if len(shape) == 1:
             return vector
         return f"(lambda J: J.reshape(*J.shape[:-1], {shape[0]}, {shape[1]}))({vector})"
@@ -222,7 +226,7 @@ def _in_parts(f: PrintedFunction, parameters: frozenset[int], held: frozenset[in
         halves = split(rest.tape, rest.arguments, places, vector)
         if halves is None:
             continue
-        once, result = f"part of {f.name} that is computed {when}", ((vector, halves.size),)
+        once, result = f"part of {f.name} that is computed {when}", (Array(vector, halves.size),)
         part = PrintedFunction(
             f"{f.name}_{step}", once, halves.first, result, PREPARED[f.part], halves.prepare, rest.labels, rest.families
         )
@@ -270,7 +274,8 @@ def model_hash(manifest: Manifest, functions: Sequence[PrintedFunction]) -> str:
         digest.update(repr([(vector.prefix, q.name, q.unit) for q in vector.quantities]).encode())
     for f in functions:
         instructions = [(i.op, i.args, i.value) for i in f.tape.instructions]
-        digest.update(repr((f.name, f.arguments, f.results, instructions, f.tape.results)).encode())
+        sides = [tuple(map(tuple, side)) for side in (f.arguments, f.results)]  # pairs, as before they had names
+        digest.update(repr((f.name, *sides, instructions, f.tape.results)).encode())
     return digest.hexdigest()
 
 

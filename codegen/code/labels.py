@@ -132,17 +132,14 @@ def lines_of(tape: Tape, pairs: Mapping[int, int]) -> set[int]:
     These are values that are used more than once or defined in the model, truth values, sines paired with cosines,
     and values that would make a statement longer than LEAVES operands, except the beginning of a sum.
     """
-    uses, operands = tape.uses(), tape.operands
-    user = {a: k for k, below in enumerate(operands) for a in below}
+    uses, user = tape.uses(), {a: k for k, operands in enumerate(tape.operands) for a in operands}
     lined, weight = set[int](), list[int]()
-    for k, i in enumerate(tape.instructions):
-        size = sum([weight[a] for a in operands[k]]) or 1
-        if not operands[k]:
-            size = 1
-        elif (
+    for k, ((op, _, _, name), operands) in enumerate(zip(tape.instructions, tape.operands, strict=True)):
+        size = sum([weight[a] for a in operands]) if operands else 1
+        if operands and (
             uses[k] > 1
-            or i.name
-            or i.op in MASKS
+            or name
+            or op in MASKS
             or k in pairs
             or (size > LEAVES and k in user and not _begins(tape, k, user[k]))
         ):
@@ -165,11 +162,11 @@ def long_sums(tape: Tape, lined: set[int]) -> set[int]:
         weight.append(sum([1 if a in lined else weight[a] for a in below]) or 1)
     long = set[int]()
     for k in range(len(tape.instructions) - 1, -1, -1):
-        i = tape.instructions[k]
-        if is_sum(i) and (weight[k] > LEAVES or k in long):
+        if (weight[k] > LEAVES or k in long) and is_sum(tape.instructions[k]):
             long.add(k)
-            if i.args[0] not in lined and is_sum(tape.instructions[i.args[0]]):
-                long.add(i.args[0])
+            first = tape.instructions[k].args[0]
+            if first not in lined and is_sum(tape.instructions[first]):
+                long.add(first)
     return long
 
 

@@ -31,8 +31,8 @@ class Language:
         Spells a number so that it re-parses to the same bits.
     element, scalar : str
         Formats of an element of a vector argument, with {name} and {index}, and of a scalar argument.
-    declare : str
-        Format of an assignment, with {kind}, {name} and {value}.
+    declare : callable
+        Function that returns the assignment to a value, given its kind, name and expression.
     sincos : str
         Format of the fused sine and cosine, with {angle}, {sine} and {cosine}.
     splat : str
@@ -51,7 +51,7 @@ class Language:
     constant: Callable[[float], str]
     element: str
     scalar: str
-    declare: str
+    declare: Callable[[str, str, str], str]
     sincos: str
     splat: str
     load: Callable[[str, Sequence[_Load]], str]
@@ -83,7 +83,7 @@ C = Language(
     constant=lambda value: f"K({value!r})",
     element="{name}[{index}]",
     scalar="{name}[0]",
-    declare="const {kind} {name} = {value};",
+    declare=lambda kind, name, value: f"const {kind} {name} = {value};",
     sincos="real {sine}, {cosine}; mv_sincos({angle}, &{sine}, &{cosine});",
     splat="SPLAT({0})",
     load=_c_load,
@@ -111,7 +111,7 @@ PYTHON = Language(
     constant=repr,
     element="{name}[..., {index}]",
     scalar="{name}",
-    declare="{name} = {value}",
+    declare=lambda _, name, value: f"{name} = {value}",
     sincos="{sine}, {cosine} = np.sin({angle}), np.cos({angle})",
     splat="{0}",
     load=_python_load,
@@ -232,7 +232,7 @@ class Printer:
         kind = "mask" if instruction.op in MASKS else "real"
         self._text[k] = self._names[k]
         value = self._language.broken.format(text) if "\n" in text else text
-        self._add(self._language.declare.format(kind=kind, name=self._text[k], value=value) + self._remark(instruction))
+        self._add(self._language.declare(kind, self._text[k], value) + self._remark(instruction))
 
     def _remark(self, instruction: Instruction) -> str:
         """Return a comment with the equation number of a definition."""

@@ -6,9 +6,9 @@ from __future__ import annotations
 from collections.abc import Collection, Sequence
 from dataclasses import dataclass
 
-from .tape import Instruction, Tape, early, keeps_place, prune
+from mehvar.base.manifest import Array, Signature
 
-Signature = tuple[tuple[str, int | None], ...]
+from .tape import Instruction, Tape, early, keeps_place, prune
 
 
 @dataclass(frozen=True)
@@ -64,7 +64,7 @@ def split(tape: Tape, arguments: Signature, parameters: Collection[int], name: s
         prepare=_renumbered(setup, first),
         first=tuple(arguments[a] for a in first),
         prepared=_renumbered(run, [*second, len(arguments)]),
-        second=(*(arguments[a] for a in second), (name, len(hoisted))),
+        second=(*(arguments[a] for a in second), Array(name, len(hoisted))),
     )
 
 

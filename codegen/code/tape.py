@@ -18,7 +18,7 @@ import casadi as ca
 
 from mehvar.base.errors import MehvarError
 
-from ..functions.function import NamedSteps
+from ..functions.function import NamedSteps, sx_instructions
 
 MASKS = frozenset({"lt", "le", "eq", "ne", "not", "and", "or", "truth"})
 """Operations whose result is a truth value per lane."""
@@ -108,6 +108,15 @@ class Tape:
         """Number of arithmetic operations, comparisons and function calls."""
         return sum(i.op not in _FREE for i in self.instructions)
 
+    @cached_property
+    def chain(self) -> int:
+        """Number of operations in the longest chain in which each needs the result of the one before."""
+        lengths = list[int]()
+        for instruction, operands in zip(self.instructions, self.operands, strict=True):
+            before = max((lengths[k] for k in operands), default=0)
+            lengths.append(before + (instruction.op not in _FREE))
+        return max(lengths, default=0)
+
     def uses(self) -> Counter[int]:
         """Count the uses of each value, including results."""
         return Counter(chain(*self.operands, *self.results))
@@ -157,7 +166,7 @@ class Builder:
         position = self._known.get(key)
         if position is None:
             position = self._known[key] = len(self.instructions)
-            self.instructions.append(Instruction(op, args, value))
+            self.instructions.append(Instruction._make((op, args, value, "")))
             if op in MASKS:
                 self.masks.add(position)
         return position
@@ -187,24 +196,21 @@ class Builder:
 
 def _read(function: ca.Function, builder: Builder) -> list[list[int]]:
     """Append a function's instructions, and return the positions of its results."""
-    register: dict[int, int] = {}
+    register = [0] * function.sz_w()
     results = [[0] * function.nnz_out(i) for i in range(function.n_out())]
-    code, source, target = function.instruction_id, function.instruction_input, function.instruction_output
-    for k in range(function.n_instructions()):
-        op = code(k)
+    for k, (op, of, to) in enumerate(sx_instructions(function)):
         if op == ca.OP_OUTPUT:
-            result, element = target(k)
-            results[result][element] = builder.number(register[source(k)[0]])
+            results[to[0]][to[1]] = builder.number(register[of[0]])
         elif op == ca.OP_CONST:
-            register[target(k)[0]] = builder.add("const", value=function.instruction_constant(k))
+            register[to[0]] = builder.add("const", value=function.instruction_constant(k))
         elif op == ca.OP_INPUT:
-            register[target(k)[0]] = builder.add("input", *source(k))
+            register[to[0]] = builder.add("input", *of)
         else:
-            operands, plain = [register[i] for i in source(k)], _PLAIN.get(op)
-            if plain and builder.masks.isdisjoint(operands):
-                register[target(k)[0]] = builder.add(plain, *operands)
+            operands = [register[i] for i in of]
+            if op in _PLAIN and builder.masks.isdisjoint(operands):
+                register[to[0]] = builder.add(_PLAIN[op], *operands)
             else:
-                register[target(k)[0]] = _operation(builder, op, operands, function)
+                register[to[0]] = _operation(builder, op, operands, function)
     return results
 
 
@@ -253,7 +259,9 @@ def _identities(instructions: Iterable[Instruction]) -> list[int]:
             content = (op, repr(value))
         else:
             operands = [numbers[a] for a in args]
-            content = (op, *(sorted(operands) if op in COMMUTATIVE else operands))
+            if op in COMMUTATIVE:
+                operands.sort()
+            content = (op, *operands)
         numbers.append(known.setdefault(content, len(known)))
     return numbers
 
@@ -277,8 +285,8 @@ def _fuse_selects(builder: Builder) -> None:
 def early(tape_: Tape, parameters: Collection[int]) -> list[bool]:
     """Return for each value True if it depends on parameters only."""
     constant: list[bool] = []
-    for i in tape_.instructions:
-        constant.append(i.args[0] in parameters if i.op == "input" else all(constant[a] for a in i.args))
+    for op, args, _, _ in tape_.instructions:
+        constant.append(args[0] in parameters if op == "input" else all(map(constant.__getitem__, args)))
     return constant
 
 
@@ -300,7 +308,7 @@ def _share_reciprocals(builder: Builder, size: int, parameters: frozenset[int]) 
     instructions = builder.instructions
     quotients = [i.args for i in instructions[:size] if i.op == "div"]
     divisors = Counter(below for _, below in quotients)
-    constant = early(Tape(tuple(instructions), ()), parameters) if quotients else []
+    constant = early(Tape(tuple(instructions[:size]), ()), parameters) if quotients else []
     divisors.update(
         below
         for above, below in quotients
@@ -361,33 +369,30 @@ def _needed(tape_: Tape) -> list[int]:
 
 def _reordered(tape_: Tape, order: Sequence[int]) -> Tape:
     """Return a tape with its instructions in this order of positions; others are dropped."""
-    position = {old: new for new, old in enumerate(order)}
-    old, operands = tape_.instructions, tape_.operands
-    instructions = tuple(
-        [
-            Instruction(old[k].op, tuple([position[a] for a in operands[k]]), old[k].value, old[k].name)
-            if operands[k]
-            else old[k]
-            for k in order
-        ]
-    )
-    return Tape(instructions, tuple(tuple(position[v] for v in result) for result in tape_.results))
+    old, operands, position = tape_.instructions, tape_.operands, [0] * len(tape_.instructions)
+    instructions = list[Instruction]()
+    for new, k in enumerate(order):
+        position[k] = new
+        instruction = old[k]
+        if operands[k]:
+            args = tuple([position[a] for a in operands[k]])
+            instruction = Instruction._make((instruction.op, args, instruction.value, instruction.name))
+        instructions.append(instruction)
+    return Tape(tuple(instructions), tuple(tuple(position[v] for v in result) for result in tape_.results))
 
 
 def _order(tape_: Tape, roots: Sequence[int]) -> list[int]:
     """Return the values that others need, each after its operands, by depth-first search."""
     order: list[int] = []
     operands = tape_.operands
-    entered, done = bytearray(len(operands)), bytearray(len(operands))
+    entered = bytearray(len(operands))
     stack = list(reversed(roots))
     while stack:
-        k = stack[-1]
-        if entered[k] or not operands[k]:
-            stack.pop()
-            if not done[k]:
-                done[k] = entered[k] = True
-                order.append(k)
-            continue
-        entered[k] = True
-        stack.extend([a for a in reversed(operands[k]) if not done[a]])
+        k = stack.pop()
+        if k < 0:  # its operands precede it in the order
+            order.append(~k)
+        elif not entered[k]:
+            entered[k] = True
+            stack.append(~k)
+            stack.extend(reversed(operands[k]))
     return order

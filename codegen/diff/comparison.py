@@ -7,7 +7,7 @@ import functools
 from collections.abc import Sequence, Set
 from dataclasses import replace
 
-from ..equal.reals import Verdict
+from ..equal.verdicts import Verdict
 from ..equations.document import Document, Row
 from .changes import Change
 from .explain import Explainer
@@ -193,8 +193,8 @@ class _Verdicts:
         pair = (versions.before, old.root), (versions.across, new.root)
         free = (versions.free_old, old.root), (versions.free_new, new.root)
         for sides in (pair, free):
-            if versions.equality.same_in_field(*sides):
-                return versions.equality.where_defined(Verdict(True, versions.equality.how(*sides)), *pair)
+            if versions.equality.field.same(*sides):
+                return versions.equality.where_defined(Verdict(True, versions.equality.field.how(*sides)), *pair)
         decision = versions.equality.decide(*pair)
         if decision.equal is None:
             by_text = versions.equality.decide(*free)
@@ -208,7 +208,7 @@ class _Verdicts:
             return local
         equality, pair = self.versions.equality, ((self.versions.before, old.root), (self.versions.after, new.root))
         if local.equal:
-            return equality.where_defined(Verdict(bool(equality.same_in_field(*pair)), equality.how(*pair)), *pair)
+            return equality.where_defined(Verdict(bool(equality.field.same(*pair)), equality.field.how(*pair)), *pair)
         return equality.decide(*pair)
 
     def _follower(self, unequal: list[Item], whole: Verdict) -> tuple[EquationVerdict, Verdict]:

@@ -11,10 +11,11 @@ from fractions import Fraction
 from functools import cached_property
 from itertools import chain
 
-from ..equal.equality import VISIBLE, Worlds, shown, simplified
 from ..equal.meaning import Expression
-from ..equal.reals import Counterexample, Point
+from ..equal.points import Worlds, differ, one_exists
+from ..equal.sampler import Point
 from ..equal.values import FieldWorld
+from ..equal.verdicts import VISIBLE, Counterexample, shown, simplified
 from ..equations.formula import Printer, SymbolNames, rank_of
 from ..equations.spelling import LATEX
 from .changes import Change, replaced
@@ -95,16 +96,16 @@ class Explainer:
         pairs = [(self.versions.before, self.versions.across), (self.versions.free_old, self.versions.free_new)]
         if old[0] is not self.versions.before:
             pairs = [(old[0], new[0])]
-        count = _ROOTED if self.equality.is_rooted(old, new) else _POINTS
+        count = _ROOTED if self.equality.field.is_rooted(old, new) else _POINTS
         for first, second in pairs:
             points = []
             for number in range(_TRIED):
-                worlds = self.equality.point(number)
+                worlds = self.equality.field[number]
                 if worlds[first].defined(old[1]) is not None and worlds[second].defined(new[1]) is not None:
                     points.append((worlds[first], worlds[second]))
                 if len(points) == count:
                     return [a for a, _ in points], [b for _, b in points]
-        worlds = self.equality.point(0)
+        worlds = self.equality.field[0]
         return [worlds[pairs[-1][0]]], [worlds[pairs[-1][1]]]
 
     # Words
@@ -176,11 +177,11 @@ class Explainer:
     ) -> Counterexample | None:
         """Return a simple point where both sides differ, which if possible fulfils the conditions of a version."""
         allowed = (lambda _: True) if anywhere else self._allowed.test(old, new)
-        mine = () if known is None else (self.equality.real(known),)
-        points = chain(self.equality.real_points([old, new], 40), mine, self.equality.extreme_points(old, new))
-        worlds, fails = _first(allowed, (w for w in points if self.equality.differ(w, old, new))), self._fails
+        mine = () if known is None else (self.equality.real.at(known),)
+        points = chain(self.equality.real.where([old, new], 40), mine, self.equality.real.extremes(old, new))
+        worlds, fails = _first(allowed, (w for w in points if differ(w, old, new))), self._fails
         if worlds is None:
-            worlds = next((w for w in mine if self.equality.one_exists(w, old, new)), None)
+            worlds = next((w for w in mine if one_exists(w, old, new)), None)
             fails = self._is_alone
         if worlds is None:
             return None
@@ -191,9 +192,9 @@ class Explainer:
             point = simplified(
                 point,
                 self._candidates,
-                lambda trial: fails(trial, old, new) and keep(self.equality.real(ChainMap({**trial}, base))),
+                lambda trial: fails(trial, old, new) and keep(self.equality.real.at(ChainMap({**trial}, base))),
             )
-            worlds = self.equality.real(point)
+            worlds = self.equality.real.at(point)
         named = tuple((name, _written(value)) for name, value in sorted(point.items()) if value)
         return Counterexample(named, *shown(worlds, old, new))
 
@@ -202,14 +203,14 @@ class Explainer:
 
     def _is_alone(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
         """Return True if only one side has a value at a point. At coordinates of zero a domain may end."""
-        return 0 not in point.values() and self.equality.one_exists(self.equality.real(point), old, new)
+        return 0 not in point.values() and one_exists(self.equality.real.at(point), old, new)
 
     def _fails(self, point: Mapping[str, Fraction], old: Expression, new: Expression) -> bool:
-        worlds = self.equality.real(point)
+        worlds = self.equality.real.at(point)
         a, b = worlds[old[0]].defined(old[1]), worlds[new[0]].defined(new[1])
         if a is None or b is None or isinstance(a, bool | tuple):
             return False
-        return bool(abs(a - b) > VISIBLE * (abs(a) + abs(b)) and self.equality.differ(worlds, old, new))
+        return bool(abs(a - b) > VISIBLE * (abs(a) + abs(b)) and differ(worlds, old, new))
 
 
 def _first(allowed: Test, points: Iterator[Worlds]) -> Worlds | None:

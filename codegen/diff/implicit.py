@@ -9,7 +9,7 @@ from ..equal import field
 from ..equal.field import Element, Undefined
 from ..equal.meaning import Meaning
 from ..equal.pool import Pool
-from ..equal.reals import Verdict
+from ..equal.verdicts import Verdict
 from .changes import Values, rational
 from .versions import Item, Versions
 
@@ -31,9 +31,9 @@ def scale(versions: Versions, old: Item, new: Item) -> str:
 
 def _scale(versions: Versions, old: Item, new: Item) -> str:
     """Return the factor in words: a number, a positive symbol to a power, or a part that is never zero."""
-    count = versions.equality.count((versions.before, old.root), (versions.across, new.root))
-    before = versions.equality.values(versions.before, old.root, count)
-    after = versions.equality.values(versions.across, new.root, count)
+    count = versions.equality.field.count((versions.before, old.root), (versions.across, new.root))
+    before = versions.equality.field.values(versions.before, old.root, count)
+    after = versions.equality.field.values(versions.across, new.root, count)
     if None in (*before, *after) or 0 in before:
         return ""
     ratio = tuple(field.mul(b, field.inverse(a)) for a, b in zip(before, after, strict=True))
@@ -43,7 +43,7 @@ def _scale(versions: Versions, old: Item, new: Item) -> str:
     for name in versions.before.free(old.root):
         if not versions.equality.positive(name):
             continue
-        values: Values = versions.equality.values(versions.before, versions.pool.intern("sym", name), count)
+        values: Values = versions.equality.field.values(versions.before, versions.pool.intern("sym", name), count)
         for exponent in (1, -1, 2, -2):
             power = tuple(field.power(v, exponent) for v in values)
             number = rational(tuple(field.mul(r, field.inverse(p)) for r, p in zip(ratio, power, strict=True)))
@@ -58,8 +58,8 @@ def _part(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
     for meaning, root in ((versions.before, old.root), (versions.across, new.root)):
         for node in meaning.cone(root):
             operation = versions.pool.nodes[node][0]
-            values = versions.equality.values(meaning, node, len(ratio)) if operation in _PARTS else (None,)
-            if None in values or 0 in values or not versions.equality.never_zero((meaning, node)):
+            values = versions.equality.field.values(meaning, node, len(ratio)) if operation in _PARTS else (None,)
+            if None in values or 0 in values or not versions.equality.is_never_zero((meaning, node)):
                 continue
             if values == ratio:
                 return f"multiplied by a {_PARTS[operation]} that is never zero"
@@ -72,8 +72,8 @@ def _factors(versions: Versions, old: Item, new: Item, ratio: Values) -> str:
     """Return a note if an equation was multiplied by several factors that are never zero, else an empty text."""
     for meaning, root in ((versions.across, new.root), (versions.before, old.root)):
         for factor in _common(versions.pool, root):
-            values = versions.equality.values(meaning, factor, len(ratio))
-            if None not in values and 0 not in values and versions.equality.never_zero((meaning, factor)):
+            values = versions.equality.field.values(meaning, factor, len(ratio))
+            if None not in values and 0 not in values and versions.equality.is_never_zero((meaning, factor)):
                 inverse = tuple(map(field.inverse, values)) if meaning is versions.across else values
                 ratio = tuple(map(field.mul, ratio, inverse))
     return "multiplied by factors that are never zero" if rational(ratio) else ""
@@ -125,7 +125,7 @@ def _solution(
 def _residual(
     versions: Versions, meaning: Meaning, roots: Sequence[int], rates: Mapping[str, Element], number: int
 ) -> list[Element]:
-    world = versions.equality.at(number, fixed=rates)[meaning]
+    world = versions.equality.field.at(number, fixed=rates)[meaning]
     return [world.value(root) for root in roots]
 
 

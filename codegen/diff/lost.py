@@ -49,7 +49,7 @@ def _edit(versions: Versions, removed: Item, users: Sequence[Item]) -> Change | 
     required = _required(versions, removed, users[0])
     if required is None:
         return None
-    worlds = [versions.equality.point(k)[versions.before] for k in range(_POINTS)]
+    worlds = [versions.equality.field[k][versions.before] for k in range(_POINTS)]
     account = Account(pool, worlds, worlds)
     for change in account.single(removed.root, required):
         meaning = _with(versions, removed, replaced(pool, removed.root, [change]))
@@ -83,8 +83,11 @@ def _required(versions: Versions, removed: Item, user: Item) -> Values | None:
     try:
         return tuple(
             _solved(
-                versions.equality.point(k)[versions.across].value(user.root),
-                [versions.equality.at(k, fixed={removed.name: number})[free].value(old.root) for number in range(3)],
+                versions.equality.field[k][versions.across].value(user.root),
+                [
+                    versions.equality.field.at(k, fixed={removed.name: number})[free].value(old.root)
+                    for number in range(3)
+                ],
             )
             for k in range(_POINTS)
         )

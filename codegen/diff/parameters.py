@@ -21,6 +21,7 @@ from mehvar.base.manifest import (
 )
 from mehvar.base.schema import key_of
 
+from ..equations import VECTORS
 from ..equations.document import Document, Symbol
 from .names import Renaming
 from .report import ParameterChange
@@ -55,11 +56,9 @@ EXEMPT = {
     "Event.title": "words",
 }
 """Fields of a manifest that are not compared as numbers, with the reason."""
-_ROLES = {
-    "states": "state", "inputs": "input", "references": "reference", "outputs": "output", "coordinates": "coordinate",
+_ROLES = VECTORS | {
     "parameters": "parameter", "scenario_parameters": "scenario", "controllers": "law", "choices": "choice",
-    "scenarios": "scenario", "metrics": "metric", "noise": "noise", "geometry": "shape", "events": "event",
-    "delays": "delay", "measured": "measured", "wiener": "wiener", "random_step": "noise of steps",
+    "scenarios": "scenario", "metrics": "metric", "geometry": "shape", "events": "event", "delays": "delay",
 }  # fmt: skip
 """Reported names of manifest fields, equal to the roles of symbols."""
 _OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
@@ -220,10 +219,7 @@ def _orders(manifest: Manifest) -> Iterator[tuple[str, list[str]]]:
     yield PARTS, [*manifest.parts]
     yield "events", [event.name for event in manifest.events if event.resets or event.ends]
     yield "scenarios", list(manifest.scenarios)
-    vectors = (
-        "states", "inputs", "references", "outputs", "coordinates", "parameters", "scenario_parameters", "noise",
-        "measured", "wiener", "random_step",
-    )  # fmt: skip
+    vectors = (*VECTORS, "parameters", "scenario_parameters")
     for owner, record, fields_of in (
         ("", manifest, vectors),
         *((f"{name} ", law, ("parameters", "memory", "outputs")) for name, law in manifest.controllers.items()),

@@ -8,7 +8,7 @@ from dataclasses import asdict, dataclass
 from enum import StrEnum
 from typing import Any
 
-from ..equal.reals import Counterexample
+from ..equal.verdicts import Counterexample
 from ..equations.document import Row
 
 SCHEMA = 1

@@ -14,7 +14,7 @@ from mehvar.base.manifest import Manifest
 from ..equal.equality import EqualityTest
 from ..equal.meaning import Expression, Meaning
 from ..equal.pool import Pool
-from ..equal.reals import PointSampler
+from ..equal.sampler import PointSampler
 from ..equations.document import Document, Row, Symbol
 from .parameters import event_of
 
@@ -160,7 +160,7 @@ class Versions:
     def _value(self, new: bool, item: Item) -> Any:
         key = (new, item.key)
         if key not in self._values:
-            self._values[key] = self.equality.values(self.after if new else self.before, item.root)
+            self._values[key] = self.equality.field.values(self.after if new else self.before, item.root)
         return self._values[key]
 
     def _match_values(self, left: dict[Key, Item]) -> None:
@@ -188,7 +188,7 @@ class Versions:
         for item in self.news:
             if item.key in self.partner or item.row.kind != "definition":
                 continue
-            value = self.equality.values(self.across, item.root)
+            value = self.equality.field.values(self.across, item.root)
             for old in left.values():
                 if (
                     old.row.kind == "definition"
@@ -215,8 +215,8 @@ class Versions:
             return False
         instead = (self.free_old, self.pool.intern("sym", old.name))
         meaning = Meaning(self.pool, lambda name: instead if name == new.name else self._free(name))
-        values = self.equality.values(meaning, user.root)
-        return _is_enough(values) and bool(values == self.equality.values(self.free_old, partner.root))
+        values = self.equality.field.values(meaning, user.root)
+        return _is_enough(values) and bool(values == self.equality.field.values(self.free_old, partner.root))
 
 
 def _is_enough(values: Sequence[Any]) -> bool:

@@ -11,8 +11,7 @@ import itertools
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
-from ..equations.document import reached
-from .pool import Pool, live, ways
+from .pool import Pool, evaluated, live, ways
 
 COMPARISONS = frozenset(("strictlessthan", "lessthan", "strictgreaterthan", "greaterthan", "equality", "unequality"))
 STEPS = frozenset(("floor", "ceiling", "mod"))
@@ -28,7 +27,7 @@ _MOST = 32
 
 def branching(pool: Pool, roots: Iterable[int]) -> list[int]:
     """Return the nodes of expressions that branch."""
-    return [node for node in reached(pool.nodes, list(roots)) if pool.nodes[node][0] in BRANCHING]
+    return [node for node in pool.reached(*roots) if pool.nodes[node][0] in BRANCHING]
 
 
 def ways_of(pool: Pool, node: int) -> list[Way]:
@@ -40,7 +39,7 @@ def ways_of(pool: Pool, node: int) -> list[Way]:
 def replaced_nodes(pool: Pool, root: int, by: Mapping[int, int]) -> int:
     """Return an expression with some nodes replaced by others."""
     numbers = dict(by)
-    for node in reached(pool.nodes, [root]):
+    for node in pool.reached(root):
         if node not in numbers:
             numbers[node] = pool.with_operands(node, numbers.__getitem__)
     return numbers[root]
@@ -49,17 +48,9 @@ def replaced_nodes(pool: Pool, root: int, by: Mapping[int, int]) -> int:
 def smooth(pool: Pool, root: int, taken: Mapping[int, Any]) -> int:
     """Return the smooth form of an expression for given branches."""
     numbers: dict[int, int] = {}
-    stack = [root]
-    while stack:
-        node = stack[-1]
-        missing = [] if node in numbers else [k for k in _taken(pool, node, taken) if k not in numbers]
-        if missing:
-            stack += missing
-            continue
-        stack.pop()
-        if node not in numbers:
-            numbers[node] = _fixed(pool, node, taken, numbers)
-    return numbers[root]
+    return evaluated(
+        root, lambda node: _taken(pool, node, taken), lambda node: _fixed(pool, node, taken, numbers), numbers
+    )
 
 
 def counted(pool: Pool, root: int, taken: Mapping[int, Any]) -> set[int]:
@@ -149,28 +140,6 @@ def atoms(pool: Pool, node: int) -> list[int]:
     if operation in ("max", "min"):
         return [difference(pool, a, b) for a, b in itertools.combinations(operands, 2)]
     return [difference(pool, *operands)] if operation in COMPARISONS else []
-
-
-def implied(pool: Pool, way: Way) -> dict[int, int]:
-    """Return the branches that a node's branch implies, including itself."""
-    node, number = way
-    if pool.nodes[node][0] != "piecewise":
-        return {node: number}
-    ways: dict[int, int] = {node: number}
-    for k, pair in enumerate(pool.operands(node)[: number + 1]):
-        ways |= _implied(pool, pool.operands(pair)[1], k == number)
-    return ways
-
-
-def _implied(pool: Pool, node: int, wanted: bool) -> dict[int, int]:
-    operation = pool.nodes[node][0]
-    if operation in COMPARISONS:
-        return {node: int(wanted)}
-    if operation == "not":
-        return _implied(pool, pool.operands(node)[0], not wanted)
-    if operation == ("and" if wanted else "or"):
-        return {k: way for part in pool.operands(node) for k, way in _implied(pool, part, wanted).items()}
-    return {}
 
 
 def requirements(pool: Pool, way: Way) -> list[tuple[Atom, ...]] | None:

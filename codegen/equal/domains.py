@@ -8,12 +8,12 @@ are compared like any other expressions.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Iterable, Sequence
 from fractions import Fraction
 
-from ..equations.document import reached
 from .branches import Atom, difference
 from .pool import Pool
+from .proofs.known import KnownSigns
 
 Factors = frozenset[int]
 """Nodes with values one or zero; the domain is the set where all are one."""
@@ -26,31 +26,20 @@ class Domains:
     ----------
     pool : Pool
         Pool of the expressions.
-    is_positive : callable
-        True if an expression is provably positive.
-    never_has : callable
-        True if an expression provably never has a given sign.
-    shortest : bool
-        Omit parts that are provably positive almost everywhere; this costs time.
+    known : KnownSigns
+        Proofs about signs.
     """
 
-    def __init__(
-        self, pool: Pool, is_positive: Callable[[int], bool], never_has: Callable[[int, int], bool], shortest: bool
-    ) -> None:
+    def __init__(self, pool: Pool, known: KnownSigns) -> None:
         self.pool = pool
-        self._is_positive = is_positive
-        self._never_has = never_has
-        self._shortest = shortest
+        self._known = known
         self.positive: dict[int, int] = {}
         """Expression that must be positive, for each factor."""
         self._memo: dict[int, Factors] = {}
 
     def __call__(self, root: int) -> Factors:
         """Return the factors of an expression's domain."""
-        for node in reached(self.pool.nodes, [root]):
-            if node not in self._memo:
-                self._memo[node] = self._of(node)
-        return self._memo[root]
+        return self.pool.cached(self._memo, root, self._of)
 
     def product(self, factors: Iterable[int]) -> int:
         """Return the node that is one where all factors are one."""
@@ -83,53 +72,16 @@ class Domains:
         return []
 
     def _inside(self, part: int) -> int:
-        """Return the factor that is one where an expression is positive."""
-        part = self._signed(part)
+        """Return the factor that is one where an expression is positive; one if it provably is everywhere."""
         value = self.pool.constant(part)
         if value is not None or self.pool.nodes[part][0] == "const":
             return self.pool.number(value is None or value >= 0)
-        if self._shortest and (self._is_positive(part) or self._never_has(part, -1)):
+        if self._known.is_positive(part) or self._known.never_has(part, -1):
             return self.pool.number(1)
         zero = self.pool.number(0)
         factor = self._case(self.pool.intern("strictgreaterthan", part, zero), self.pool.number(1), zero)
         self.positive[factor] = part
         return factor
-
-    def _signed(self, part: int) -> int:
-        """Return a simpler expression of equal sign for a sum with a root, or for a positive multiple of such a sum.
-
-        P + c sqrt(Q) with c > 0 is positive if c^2 Q - P^2 is positive; otherwise it has the sign of P.
-        """
-        if self.pool.nodes[part][0] == "mul":
-            rest = [factor for factor in self.pool.operands(part) if not self._is_positive(factor)]
-            return self._signed(rest[0]) if len(rest) == 1 else part
-        if self.pool.nodes[part][0] != "add":
-            return part
-        terms = self.pool.operands(part)
-        roots = [(term, square) for term in terms if (square := self._square_of_root(term)) is not None]
-        if len(roots) != 1:
-            return part
-        ((root, square),) = roots
-        others = self.pool.many("add", [term for term in terms if term != root])
-        margin = difference(self.pool, square, self.pool.power(others, Fraction(2)))
-        if self._never_has(margin, -1):
-            return self.pool.number(1)
-        return self._signed(others) if self._never_has(margin, 1) else part
-
-    def _square_of_root(self, term: int) -> int | None:
-        """Return c^2 Q of c sqrt(Q) with c > 0; None for other terms."""
-        squares = list[int]()
-        rooted = False
-        for factor in self.pool.factors(term):
-            inner, exponent = self.pool.raised(factor)
-            if exponent == Fraction(1, 2):
-                rooted = True
-                squares.append(inner)
-            elif self._is_positive(factor):
-                squares.append(self.pool.power(factor, Fraction(2)))
-            else:
-                return None
-        return self.pool.many("mul", squares) if rooted else None
 
     def _case(self, condition: int, value: int, other: int) -> int:
         always = self.pool.intern("const", "True")

@@ -11,9 +11,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from ..equations.document import reached
 from .pool import Pool, fraction
-from .reals import PointSampler
+from .sampler import PointSampler
 
 Array = NDArray[np.float64]
 TURNS = 4
@@ -153,7 +152,7 @@ def suspects(
     seen : list of int
         Number of points at which both sides of each pair have a value.
     """
-    nodes = reached(pool.nodes, [node for pair in pairs for node in pair])
+    nodes = pool.reached(*(node for pair in pairs for node in pair))
     names = {pool.nodes[node][1] for node in nodes if pool.nodes[node][0] == "sym"}
     worst: list[list[tuple[float, int, int]]] = [[] for _ in pairs]
     seen = [0] * len(pairs)

@@ -3,10 +3,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 
-from ..equations.document import reached
-from .pool import Pool
+from .pool import Pool, evaluated
 
 
 class Meaning:
@@ -40,7 +39,7 @@ class Meaning:
         stack: list[Expression] = [(self, root)]
         while stack:
             meaning, start = stack.pop()
-            for node in reached(self.pool.nodes, [start]):
+            for node in self.pool.reached(start):
                 if (meaning, node) in seen:
                     continue
                 seen.add((meaning, node))
@@ -64,17 +63,7 @@ class Flat:
 
     def __call__(self, expression: Expression) -> int:
         """Expand an expression until only free names remain."""
-        stack = [expression]
-        while stack:
-            place = stack[-1]
-            needed = self._needed(place)
-            missing = [other for other in needed if other not in self._memo]
-            if missing:
-                stack += missing
-                continue
-            self._memo[place] = self._written(place, needed)
-            stack.pop()
-        return self._memo[expression]
+        return evaluated(expression, self._needed, self._written, self._memo)
 
     def _needed(self, place: Expression) -> list[Expression]:
         meaning, node = place
@@ -84,8 +73,9 @@ class Flat:
         target = meaning.targets(operands[0])
         return [] if target is None else [target]
 
-    def _written(self, place: Expression, needed: Sequence[Expression]) -> int:
+    def _written(self, place: Expression) -> int:
         meaning, node = place
         if self.pool.nodes[node][0] == "sym":
+            needed = self._needed(place)
             return self._memo[needed[0]] if needed else node
         return self.pool.with_operands(node, lambda operand: self._memo[meaning, operand])

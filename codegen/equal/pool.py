@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Container, Mapping, Sequence
 from fractions import Fraction
-from typing import Any
+from typing import Any, TypeVar
 
-from ..equations.document import Node
+from ..equations.document import Node, reached
 
 COMMUTATIVE = frozenset(("add", "mul", "min", "max", "and", "or", "equality", "unequality"))
+
+Key = TypeVar("Key")
+T = TypeVar("T")
 
 
 @functools.cache
@@ -69,6 +72,31 @@ class Pool:
         """Return the operands of a node."""
         return self._operands[node]
 
+    def reached(self, *roots: int) -> list[int]:
+        """Return the nodes of expressions, operands first."""
+        return reached(self.nodes, roots)
+
+    def cached(self, memo: dict[int, T], root: int, of: Callable[[int], T]) -> T:
+        """Return a function of a node; missing values are added to the memo, those of operands first."""
+        if root not in memo:
+            for node in self._missing(root, memo):
+                memo[node] = of(node)
+        return memo[root]
+
+    def _missing(self, root: int, memo: Container[int]) -> list[int]:
+        """Return the nodes of an expression that a memo lacks, operands first; it has all operands of those it has."""
+        missing, stack = set[int](), [root]
+        while stack:
+            node = stack.pop()
+            if node not in memo and node not in missing:
+                missing.add(node)
+                stack += self.operands(node)
+        return sorted(missing)
+
+    def names(self, *roots: int) -> dict[str, int]:
+        """Return the nodes of names in expressions, sorted by name."""
+        return dict(sorted((self.nodes[k][1], k) for k in self.reached(*roots) if self.nodes[k][0] == "sym"))
+
     def number(self, value: Fraction | int) -> int:
         """Return the node of a number."""
         return self.intern("num", str(Fraction(value)))
@@ -108,6 +136,17 @@ class Pool:
         if exponent == 1:
             return base
         return self.intern("pow", base, self.number(exponent)) if exponent else self.number(1)
+
+
+def evaluated(root: Key, needs: Callable[[Key], Sequence[Key]], of: Callable[[Key], T], memo: dict[Key, T]) -> T:
+    """Return a function of a key; values of needed keys are added to the memo first."""
+    stack = [root]
+    while stack:
+        if missing := [key for key in needs(stack[-1]) if key not in memo]:
+            stack += missing
+        elif (key := stack.pop()) not in memo:
+            memo[key] = of(key)
+    return memo[root]
 
 
 def ways(pool: Pool, node: int) -> int:

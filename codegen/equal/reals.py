@@ -4,9 +4,7 @@
 from __future__ import annotations
 
 import functools
-import random
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
 from fractions import Fraction
 from math import prod
 from typing import Any
@@ -15,6 +13,7 @@ import mpmath
 
 from .field import Undefined
 from .pool import Pool, fraction
+from .sampler import Point
 from .values import Lookup, World
 
 DIGITS = 50
@@ -28,8 +27,6 @@ _CONTEXT = mpmath.mp.clone()
 _CONTEXT.dps = _WORKING
 _LARGEST = 1300
 """Binary exponent above which a value counts as undefined, far above that of doubles, 1024."""
-_FAR = Fraction(10) ** 32
-"""A number above any limit of a model: the square of a double's sixteen digits."""
 
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "sin": _CONTEXT.sin, "cos": _CONTEXT.cos, "tan": _CONTEXT.tan, "exp": _CONTEXT.exp, "sinh": _CONTEXT.sinh,
@@ -62,41 +59,6 @@ OPERATIONS = tuple(
     )
 )
 """All operations with a value."""
-Point = Mapping[str, Fraction]
-
-
-@dataclass(frozen=True)
-class Counterexample:
-    """A point where two expressions differ.
-
-    Attributes
-    ----------
-    at : tuple of (str, str)
-        Names and exact values; all other names are zero or do not matter.
-    left, right : str
-        Values of both sides with at least six digits and as many as distinguish them; "no value" if a side has none.
-    """
-
-    at: tuple[tuple[str, str], ...]
-    left: str
-    right: str
-
-
-@dataclass(frozen=True)
-class Verdict:
-    """Answer of a test of equality: equal, different or undecided (None), with the reason and a point of difference.
-
-    `point` is in a cell in which both sides are different functions, or in which one of them has no value. `points`
-    is the number of agreeing points if only points show equality; it is zero if equality is proved.
-    """
-
-    equal: bool | None
-    how: str
-    counterexample: Counterexample | None = None
-    point: Point | None = None
-    points: int = 0
-
-
 Sized = tuple[Any, int]
 """A value with the binary exponent of its largest part."""
 
@@ -113,6 +75,8 @@ class RealWorld(World[Any]):
     def __init__(self, pool: Pool, lookup: Lookup, point: Point) -> None:
         super().__init__(pool, lookup)
         self.point = point
+        self.ways: dict[int, int] = {}
+        """Branch of each branching node."""
         self._size: dict[int, int] = {}
 
     def size(self, root: int) -> int:
@@ -260,25 +224,9 @@ def floor(value: Any) -> int:
     return int(_CONTEXT.floor(value))
 
 
-def differ(sides: Callable[[], tuple[Sized, Sized] | None]) -> bool:
-    """Return True if two sides differ, and still differ when computed with twice the digits.
-
-    Sizes ignore the amplification of errors by functions such as `atanh` near one. More digits remove such errors.
-
-    Parameters
-    ----------
-    sides : callable
-        Evaluates both; None where one has no value.
-    """
-    values = sides()
-    if values is None or not apart(*values):
-        return False
-    with _CONTEXT.workdps(2 * _WORKING):
-        again = sides()
-        if again is None or isinstance(values[0][0], bool | tuple) or isinstance(values[1][0], bool | tuple):
-            return again is not None and apart(*again)
-        gaps = [abs(left[0] - right[0]) for left, right in (values, again)]
-        return bool(2 * gaps[1] > gaps[0])
+def digits_doubled() -> Any:
+    """Return a context in which evaluations have twice the digits."""
+    return _CONTEXT.workdps(2 * _WORKING)
 
 
 def apart(left: Sized, right: Sized, within: Fraction = Fraction(0)) -> bool:
@@ -305,79 +253,3 @@ def holds(relation: str, left: Sized, right: Sized, within: Fraction = Fraction(
         return not apart(left, right, within)
     less, greater = (left, right) if relation.startswith("<") else (right, left)
     return bool(less[0] < greater[0]) or (relation.endswith("=") and not apart(left, right))
-
-
-class _Drawn(Mapping[str, Fraction]):
-    """A point whose coordinates are drawn at first use."""
-
-    def __init__(self, sampler: PointSampler, number: int) -> None:
-        self._sampler = sampler
-        self._number = number
-
-    def __getitem__(self, name: str) -> Fraction:
-        return self._sampler.value(name, self._number)
-
-    def __iter__(self) -> Iterator[str]:
-        return iter(self._sampler.names)
-
-    def __len__(self) -> int:
-        return len(self._sampler.names)
-
-
-class PointSampler:
-    """Sampler of values of free names, within bounds, around defaults or over many decades.
-
-    Parameters
-    ----------
-    names : mapping
-        For each name: lower bound, upper bound, default; None if missing.
-    angles : set of str
-        Names of angles.
-    """
-
-    def __init__(
-        self, names: dict[str, tuple[Fraction | None, Fraction | None, Fraction | None]], angles: frozenset[str]
-    ) -> None:
-        self.names = names
-        self.angles = angles
-
-    def point(self, number: int) -> Point:
-        """Return point `number` of a reproducible sequence."""
-        return _Drawn(self, number)
-
-    def value(self, name: str, number: int) -> Fraction:
-        """Return one coordinate of a point."""
-        generator = random.Random(f"{number} {name}")
-        low, high, default = self.names.get(name, (None, None, None))
-        if low is not None and high is not None:
-            if number % 4 == 3:
-                return generator.choice((low, high, (low + high) / 2))
-            return low + (high - low) * Fraction(generator.randrange(1, 1000), 1000)
-        if default and number % 2:
-            return self._inside(default * Fraction(generator.randrange(500, 2000), 1000), low, high)
-        if name in self.angles:
-            return self._inside(Fraction(generator.randrange(-3000, 3000), 1000), low, high)
-        decades = (1, 1, 3, 6)[number % 4]
-        value = Fraction(f"{10 ** generator.uniform(-decades, decades):.4g}") * generator.choice((1, -1))
-        return self._inside(value, low, high)
-
-    def extremes(self, name: str) -> list[Fraction]:
-        """Return extreme values of a name within its bounds."""
-        low, high, _ = self.names.get(name, (None, None, None))
-        return [v for v in (_FAR, -_FAR) if (low is None or v >= low) and (high is None or v <= high)]
-
-    def simple(self, name: str, value: Fraction) -> Iterator[Fraction]:
-        """Yield simple replacements of a drawn value, simplest first."""
-        low, high, default = self.names.get(name, (None, None, None))
-        rounded = Fraction(f"{float(value):.2g}")
-        for candidate in (Fraction(0), Fraction(1), Fraction(1, 2), default, rounded):
-            if candidate is not None and (low is None or low <= candidate) and (high is None or candidate <= high):
-                yield candidate
-
-    @staticmethod
-    def _inside(value: Fraction, low: Fraction | None, high: Fraction | None) -> Fraction:
-        if low is not None and value < low:
-            return low + (low - value)
-        if high is not None and value > high:
-            return high - (value - high)
-        return value

@@ -16,7 +16,6 @@ from itertools import product
 from math import prod
 from typing import Any
 
-from ..equations.document import reached
 from .branches import BRANCHING, COMPARISONS, STEPS, difference, replaced_nodes
 from .pool import Pool
 
@@ -61,7 +60,7 @@ class Shared:
         """Return expressions with equal parts merged, steps as floors, and logarithms expanded."""
         numbers: dict[int, int] = {}
         known: dict[tuple[Any, ...], int] = {}
-        for node in reached(self.pool.nodes, roots):
+        for node in self.pool.reached(*roots):
             operation, *operands = self.pool.nodes[node]
             parts = [numbers[o] if isinstance(o, int) else o for o in operands]
             number = self._rebuilt(operation, parts) if self.pool.operands(node) else node
@@ -143,7 +142,7 @@ class Shared:
     def _parts(self, root: int) -> set[int]:
         """Return the numeric parts of an expression that the field cannot evaluate."""
         opaque: dict[int, bool] = {}
-        for node in reached(self.pool.nodes, [root]):
+        for node in self.pool.reached(root):
             operation = self.pool.nodes[node][0]
             opaque[node] = operation in INEXACT | BRANCHING or any(opaque[k] for k in self.pool.operands(node))
         return {node for node, is_opaque in opaque.items() if is_opaque and self.pool.nodes[node][0] not in _NO_NUMBER}
@@ -161,7 +160,7 @@ class Shared:
     def _range(self, root: int) -> frozenset[Fraction]:
         """Return the possible values of a part if its form limits them to a few, else nothing."""
         ranges: dict[int, frozenset[Fraction]] = {}
-        for node in reached(self.pool.nodes, [root]):
+        for node in self.pool.reached(root):
             operation, value = self.pool.nodes[node][0], self.pool.constant(node)
             parts = [ranges[k] for k in self.pool.operands(node)]
             if operation == "sign":

@@ -11,7 +11,6 @@ from functools import reduce
 from types import MappingProxyType
 from typing import Any, Generic, TypeVar
 
-from ..equations.document import reached
 from . import field
 from .field import Circle, Element, Undefined
 from .pool import COMMUTATIVE, Pool
@@ -37,8 +36,6 @@ class World(ABC, Generic[Value]):
         self.pool = pool
         self.lookup = lookup
         self.memo: dict[int, Value | None] = {}
-        self.ways: dict[int, int] = {}
-        """Branch of each branching node."""
 
     def value(self, root: int) -> Value:
         """Return the value of an expression.
@@ -48,13 +45,7 @@ class World(ABC, Generic[Value]):
         Undefined
             If it has none here.
         """
-        if root not in self.memo:
-            for node in self._missing(root):
-                try:
-                    self.memo[node] = self.compute(node)
-                except Undefined:
-                    self.memo[node] = None
-        value = self.memo[root]
+        value = self.pool.cached(self.memo, root, self._value)
         if value is None:
             raise Undefined
         return value
@@ -66,15 +57,11 @@ class World(ABC, Generic[Value]):
         except Undefined:
             return None
 
-    def _missing(self, root: int) -> list[int]:
-        seen: set[int] = set()
-        stack = [root]
-        while stack:
-            node = stack.pop()
-            if node not in seen and node not in self.memo:
-                seen.add(node)
-                stack.extend(self.pool.operands(node))
-        return sorted(seen)
+    def _value(self, node: int) -> Value | None:
+        try:
+            return self.compute(node)
+        except Undefined:
+            return None
 
     @abstractmethod
     def compute(self, node: int) -> Value:
@@ -112,9 +99,6 @@ class FieldWorld(World[Any]):
         Seed of the point.
     positive : callable
         True for a free name with positive values.
-    interpreted : bool
-        Evaluate absolute values, signs, maxima and conditions by the Legendre symbol. Otherwise they are arbitrary
-        functions of their arguments.
     fixed : mapping
         Given values of free names.
     roots : callable
@@ -127,7 +111,6 @@ class FieldWorld(World[Any]):
         lookup: Lookup,
         seed: int,
         positive: Callable[[str], bool],
-        interpreted: bool = False,
         fixed: Mapping[str, Element] = MappingProxyType({}),
         roots: Callable[[Element], Element] = field.sqrt,
     ) -> None:
@@ -135,21 +118,16 @@ class FieldWorld(World[Any]):
         self.roots = roots
         self.seed = seed
         self.positive = positive
-        self.interpreted = interpreted
         self.fixed = fixed
         self._phases: dict[int, Phase] = {}
-        self._exact: dict[tuple[int, bool], bool] = {}
+        self._exact: dict[bool, dict[int, bool]] = {True: {}, False: {}}
 
     def exact(self, node: int, rooted: bool = False) -> bool:
         """Return True if different values prove a difference; with `rooted`, only for all signs of the roots.
 
         Expressions that are equal over the reals are equal here for one choice of the signs.
         """
-        if (node, rooted) not in self._exact:
-            for k in reached(self.pool.nodes, [node]):
-                if (k, rooted) not in self._exact:
-                    self._exact[k, rooted] = self._is_exact(k, rooted)
-        return self._exact[node, rooted]
+        return self.pool.cached(self._exact[rooted], node, lambda k: self._is_exact(k, rooted))
 
     def _is_exact(self, node: int, rooted: bool) -> bool:
         """Return True if a node's value in the field proves differences; it is then a function of exact operands."""
@@ -157,7 +135,7 @@ class FieldWorld(World[Any]):
         if operation == "sym":
             target = self.lookup(operands[0])
             return target is None or target[0].exact(target[1], rooted)  # type: ignore[attr-defined]
-        if operation not in _EXACT or not all(self._exact[o, rooted] for o in self.pool.operands(node)):
+        if operation not in _EXACT or not all(self._exact[rooted][o] for o in self.pool.operands(node)):
             return False
         if operation == "pow":
             exponent = self.pool.constant(operands[1])
@@ -181,15 +159,15 @@ class FieldWorld(World[Any]):
         if operation in _ANGLES:
             return field.hashed("angle", self._point(operation, operands)) % field.P
         if operation == "piecewise":
-            return self._piecewise(node, operands)
+            return self._piecewise(operands)
         values = [self.memo[o] for o in operands]
         if operation == "exprcondpair":
             return tuple(values)
         if any(v is None for v in values):
             raise Undefined
-        return self._strict(node, operation, operands, values)
+        return self._strict(operation, operands, values)
 
-    def _strict(self, node: int, operation: str, operands: Sequence[int], values: list[Any]) -> Any:
+    def _strict(self, operation: str, operands: Sequence[int], values: list[Any]) -> Any:
         """Return the value of an operation; functions without a value in the field are hashes of their operands."""
         if operation == "add":
             return reduce(field.add, [0, *values])
@@ -200,8 +178,6 @@ class FieldWorld(World[Any]):
             if exponent is None:
                 return _positive("pow", *values)
             return field.rational_power(values[0], exponent, self.roots)
-        if self.interpreted:
-            return self._interpreted(node, operation, values)
         if operation == "abs":
             return _positive("abs", field.mul(values[0], values[0]))
         if operation in _ORDER:
@@ -211,49 +187,12 @@ class FieldWorld(World[Any]):
             values.sort(key=repr)
         return field.hashed(operation, *values) % field.P
 
-    def _interpreted(self, node: int, operation: str, values: list[Any]) -> Any:
-        """Return the value of a branching operation with drawn signs of its operands; record the branch."""
-        if operation in ("abs", "sign"):
-            positive = field.sign(values[0])
-            self.ways[node] = int(positive > 0)
-            return field.mul(values[0] if operation == "abs" else 1, positive % field.P)
-        if operation in ("max", "min"):
-            best = 0
-            for k in range(1, len(values)):
-                if (field.sign(field.sub(values[k], values[best])) > 0) is (operation == "max"):
-                    best = k
-            self.ways[node] = best
-            return values[best]
-        if operation in _ORDER:
-            greater, less = (values[k] for k in _ORDER[operation])
-            positive = field.sign(field.sub(greater, less))
-            return int(positive > 0 or (positive == 0 and operation not in _STRICT))
-        if operation in ("equality", "unequality"):
-            return int((values[0] == values[1]) is (operation == "equality"))
-        if operation in ("and", "or", "not"):
-            truths = [bool(v) for v in values]
-            return int({"and": all(truths), "or": any(truths), "not": not truths[0]}[operation])
-        return field.hashed(operation, *values) % field.P
-
-    def _piecewise(self, node: int, operands: Sequence[int]) -> Any:
-        """Return the value of the first case that applies and record it; uninterpreted, a hash of all cases."""
+    def _piecewise(self, operands: Sequence[int]) -> Any:
+        """Return an arbitrary function of all cases; each of them must have a value."""
         pairs: list[Any] = [self.memo[o] for o in operands]
-        if any(pair is None for pair in pairs):
+        if any(pair is None or None in pair for pair in pairs):
             raise Undefined
-        if not self.interpreted:
-            if any(None in pair for pair in pairs):
-                raise Undefined
-            return field.hashed("piecewise", *pairs) % field.P
-        always = _positive("constant", "True")
-        for number, (value, condition) in enumerate(pairs):
-            if condition is None:
-                raise Undefined
-            if condition == always or condition == 1:
-                self.ways[node] = number
-                if value is None:
-                    raise Undefined
-                return value
-        raise Undefined
+        return field.hashed("piecewise", *pairs) % field.P
 
     def _symbol(self, name: str) -> Any:
         target = self.lookup(name)

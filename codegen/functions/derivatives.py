@@ -17,7 +17,7 @@ from typing import Any
 
 import casadi as ca
 
-from mehvar.base.manifest import Part
+from mehvar.base.manifest import Array, Part
 from mehvar.base.names import identifier
 from mehvar.models.system import System
 
@@ -134,7 +134,7 @@ def _by_rows(
     """Return a Jacobian with its matrices as vectors."""
     names = ["J" if name.startswith("jac_") else f"J_{argument}" for argument in by]
     graph = ca.Function(name, arguments, flat, function.graph.name_in(), [f"res_{result}" for result in names])
-    results = tuple((result, vector.numel()) for result, vector in zip(names, flat, strict=True))
+    results = tuple(Array(result, vector.numel()) for result, vector in zip(names, flat, strict=True))
     description = f"Jacobian of {function.name} with respect to {_and(by)}, row by row"
     return FunctionGraph(
         name, description, function.arguments, results, graph, part, function.name, elements=function.elements
@@ -170,8 +170,8 @@ def directional(function: FunctionGraph, by: Sequence[str], part: Part) -> Funct
     return FunctionGraph(
         name,
         f"change of {function.name} along a change of {_and(by)}",
-        (*function.arguments, *((f"along_{name}", v.shape[0]) for name, v in zip(by, along, strict=True))),
-        tuple((result, size) for result, (_, size) in zip(names, function.results, strict=True)),
+        (*function.arguments, *(Array(f"along_{name}", v.shape[0]) for name, v in zip(by, along, strict=True))),
+        tuple(Array(result, size) for result, (_, size) in zip(names, function.results, strict=True)),
         graph,
         part,
         function.name,

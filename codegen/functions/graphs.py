@@ -11,6 +11,7 @@ from itertools import islice
 import casadi as ca
 import sympy as sp
 
+from mehvar.base.manifest import Array
 from mehvar.models.system import Expr, Group, System
 
 from .derivatives import derivatives
@@ -76,8 +77,8 @@ def _build(
     steps = ca.Function("steps", vectors, [_vector(values)])
     lean = ca.cse(outputs)
     groups = {group.name: group for group in request.arguments if not _is_scalar(system, group)}
-    signature = tuple((g.name, len(g) if g.name in groups else None) for g in request.arguments)
-    sizes = tuple((name, None if request.scalars else len(exprs)) for name, exprs in results)
+    signature = tuple(Array(g.name, len(g) if g.name in groups else None) for g in request.arguments)
+    sizes = tuple(Array(name, None if request.scalars else len(exprs)) for name, exprs in results)
     argument_names = [f"arg_{group.name}" for group in request.arguments]
     graph = ca.Function(request.name, vectors, lean, argument_names, [f"res_{name}" for name, _ in results])
     function = FunctionGraph(

@@ -12,6 +12,8 @@ from dataclasses import dataclass
 
 import casadi as ca
 
+from .function import sx_instructions
+
 _STEEP = frozenset({ca.OP_SQRT, ca.OP_ASIN, ca.OP_ACOS})
 """Functions with infinite slope at an end of their domain."""
 _STEPS = frozenset({
@@ -59,9 +61,7 @@ def plateaus(function: ca.Function, arguments: list[ca.SX], varying: Collection[
         return Plateaus(function.call(arguments), [], [])
     walk = _Walk()
     values = [ca.SX(function.sparsity_out(k)) for k in range(function.n_out())]
-    for k in range(function.n_instructions()):
-        op, to = function.instruction_id(k), function.instruction_output(k)
-        of = function.instruction_input(k)
+    for k, (op, of, to) in enumerate(sx_instructions(function)):
         if op == ca.OP_OUTPUT:
             values[to[0]].nz[to[1]] = walk.value[of[0]]
         elif op == ca.OP_CONST:
@@ -78,8 +78,7 @@ def plateaus(function: ca.Function, arguments: list[ca.SX], varying: Collection[
 def _saturable(function: ca.Function, varying: Collection[int]) -> bool:
     """Return True if a steep function has an argument that may be constant in places, judged without graphs."""
     always: dict[int, bool | None] = {}  # None: in places
-    for k in range(function.n_instructions()):
-        op, of = function.instruction_id(k), function.instruction_input(k)
+    for op, of, to in sx_instructions(function):
         if op == ca.OP_OUTPUT:
             continue
         if op == ca.OP_CONST or op in _STEPS:
@@ -96,7 +95,7 @@ def _saturable(function: ca.Function, varying: Collection[int]) -> bool:
                 constant = all(operands) or (None if any(o is not False for o in operands) else False)
             else:
                 constant = False if False in operands else None if None in operands else True
-        always[function.instruction_output(k)[0]] = constant
+        always[to[0]] = constant
     return False
 
 

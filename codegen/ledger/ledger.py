@@ -18,7 +18,7 @@ import sympy as sp
 
 from mehvar.models.paper import Erratum, ErratumKind, Kind, Names, Paper, Printed, Reading, Relation, Side
 
-from ..equal.reals import Counterexample, Verdict
+from ..equal.verdicts import Counterexample, Verdict
 from .meanings import Meanings
 from .misprints import Edit, edits
 from .relations import compare, residuals

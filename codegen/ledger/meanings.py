@@ -15,7 +15,7 @@ from ..equal import field
 from ..equal.equality import EqualityTest
 from ..equal.meaning import Expression, Meaning
 from ..equal.pool import Pool
-from ..equal.reals import PointSampler
+from ..equal.sampler import PointSampler
 from .sides import Sides
 
 _STEPS = 10**6

@@ -20,10 +20,12 @@ from mehvar.models.derivation import Expr
 from mehvar.models.mechanics import reduce_sines
 from mehvar.models.paper import Case, Relation, Side, frozen, symbols_of
 
-from ..equal.equality import VISIBLE, Worlds, inside, shown, simplified
 from ..equal.meaning import Expression
+from ..equal.points import Worlds, inside
 from ..equal.pool import ways
-from ..equal.reals import DIGITS, Counterexample, Point, Verdict, holds
+from ..equal.reals import DIGITS, holds
+from ..equal.sampler import Point
+from ..equal.verdicts import VISIBLE, Counterexample, Verdict, shown, simplified
 from .meanings import Meanings
 
 _POINTS, _BRANCHED_POINTS, _INEQUALITY_POINTS = 16, 64, 128
@@ -162,7 +164,7 @@ class _Test:
     def points(self) -> Iterator[Worlds]:
         """Yield reproducible points of the domain at which both sides exist."""
         places = list(chain(*self._pairs))
-        return self._equality.real_points(places, self.count, self._domain, _DRAWS, hopeless=self.count * _DRAWS)
+        return self._equality.real.where(places, self.count, self._domain, _DRAWS, hopeless=self.count * _DRAWS)
 
     def differ(self, worlds: Worlds, visible: bool = False) -> bool:
         """Return True if the relation fails at a point; with `visible`, only if printed digits show it."""
@@ -176,7 +178,7 @@ class _Test:
 
     def _fails(self, point: Point) -> bool:
         """Return True if the relation visibly fails at a point of the domain."""
-        worlds = self._equality.real(point)
+        worlds = self._equality.real.at(point)
         places = chain(*self._pairs)
         if not inside(worlds, self._domain) or any(worlds[m].defined(root) is None for m, root in places):
             return False
@@ -186,7 +188,7 @@ class _Test:
         """Return a point of failure with simple numbers and many zeros."""
         drawn = next(iter(worlds)).point
         point = simplified({name: drawn[name] for name in self.free}, self._equality.sampler.simple, self._fails)
-        worlds = self._equality.real(point)
+        worlds = self._equality.real.at(point)
         left, right = next(pair for pair in self._pairs if self._apart(worlds, *pair))
         values = shown(worlds, left, right)
         members = [(s, meaning) for s, meaning in self.meanings.overrides.items() if not meaning.args]

@@ -30,10 +30,9 @@ Part = Literal["", "variants", "prepared", "variants_prepared", "jac", "outputs_
 """C file of a model, by purpose."""
 PREPARED: Mapping[Part, Part] = {"": "prepared", "variants": "variants_prepared"}
 """Names of the two files for the split functions of a C file, by the purpose of the C file."""
-MetricKind = Literal[
+METRIC_KINDS = (
     "settling", "settling_about_end", "max", "min", "max_abs", "rms", "travel", "sign_changes", "final", "events",
-]  # fmt: skip
-METRIC_KINDS: tuple[MetricKind, ...] = get_args(MetricKind)
+)  # fmt: skip
 """Kinds of metrics, numbered as in the C code of batches."""
 
 OF_SECONDS = ("settling", "settling_about_end")
@@ -260,7 +259,7 @@ class Metric:
     """
 
     name: str
-    kind: MetricKind
+    kind: str
     of: tuple[str, ...]
     band: float = field(default=0.0, kw_only=True)
     since: float = field(default=0.0, kw_only=True)
@@ -296,15 +295,28 @@ class Array(NamedTuple):
         return () if self.length is None else (self.length,)
 
 
+Signature = tuple[Array, ...]
+"""Arguments or results of a function."""
+
+
 @dataclass(frozen=True)
 class Function:
-    """A generated function: arguments, results, operation count, and the C file that holds it."""
+    """A generated function: arguments, results, and the C file that holds it.
+
+    Attributes
+    ----------
+    operations : int
+        Number of its operations.
+    chain : int
+        Number of operations in the longest chain in which each needs the result of the one before.
+    """
 
     name: str
     description: str
-    arguments: tuple[Array, ...] = field(metadata=json_key("args"))
-    results: tuple[Array, ...]
+    arguments: Signature = field(metadata=json_key("args"))
+    results: Signature
     operations: int
+    chain: int
     file: str
 
     @property
@@ -525,7 +537,7 @@ def parse_manifest(text: str, path: Path, any_age: bool = False) -> Manifest:
             "generate, or restore the file"
         )
     try:
-        manifest = read(Manifest, data, "any_age" if any_age else "exact", folder=path.parent, text=text)
+        manifest = replace(read(Manifest, data, "any_age" if any_age else "exact"), folder=path.parent, text=text)
         if not any_age:
             _check_functions(manifest)
         return manifest

@@ -1,8 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Conversion of dataclasses to and from JSON, and from TOML, with their type hints as the schema.
 
-A hint is str, int, float, bool, Any, Path, a Literal of texts, `X | None`, `tuple[X, ...]`, `tuple[X, Y]`,
-`Mapping[str, X]`, a dataclass, or a NamedTuple, which is a list in JSON. Three rules are special:
+A hint is str, int, float, bool, a union of these, Any, Path, a Literal of texts, `X | None`, `tuple[X, ...]`,
+`tuple[X, Y]`, `Mapping[str, X]`, a dataclass, or a NamedTuple, which is a list in JSON. Three rules are special:
 
 - In a mapping of dataclasses with a `name` the key is the entry's name.
 - `Upper` and `Lower` are floats whose infinity becomes null, because JSON has no infinity.
@@ -18,9 +18,9 @@ import functools
 import json
 import math
 import re
-import tomllib
 import types
 from collections.abc import Callable, Mapping, Sequence
+from contextlib import suppress
 from dataclasses import MISSING, Field, fields, is_dataclass
 from functools import partial
 from pathlib import Path
@@ -97,6 +97,8 @@ def parse_toml(text: str) -> dict[str, Any]:
     tomllib.TOMLDecodeError
         If it is not TOML, or is nested too deeply.
     """
+    import tomllib  # a run reads none
+
     try:
         return tomllib.loads(text)
     except RecursionError as error:
@@ -175,10 +177,10 @@ def read_data(path: Path, kind: type[T]) -> T:
         return read(kind, parse_toml(path.read_text(encoding="utf-8-sig")), "table")
     except OSError as error:
         raise InputError(f"cannot read {path}: {error.strerror or error}") from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"{path} is not TOML: {error}") from error
     except SchemaError as error:
         raise InputError(f"{path}: {error}") from error
+    except ValueError as error:  # of the decoder or of tomllib
+        raise InputError(f"{path} is not TOML: {error}") from error
 
 
 Form = Literal["exact", "table", "any_age"]
@@ -186,7 +188,7 @@ Form = Literal["exact", "table", "any_age"]
 version, also with unknown fields."""
 
 
-def read(schema: type[T], data: object, form: Form = "exact", **others: object) -> T:
+def read(schema: type[T], data: object, form: Form = "exact") -> T:
     """Convert JSON or TOML data to a dataclass.
 
     Parameters
@@ -197,17 +199,13 @@ def read(schema: type[T], data: object, form: Form = "exact", **others: object) 
         What `json.loads` or `tomllib.loads` returns.
     form : {"exact", "table", "any_age"}
         Fields that data must and may have. A table has fields by their names, not by their keys in JSON.
-    **others : object
-        Values of fields that JSON omits.
 
     Raises
     ------
     SchemaError
         If a field is missing, unknown or of the wrong type.
     """
-    record = _reader(cast(Any, schema), form)(data)
-    record.__dict__.update(others)
-    return cast(T, record)
+    return cast(T, _codec(cast(Any, schema), form)[0](data))
 
 
 def plain(schema: type, value: object) -> Any:
@@ -220,35 +218,48 @@ def plain(schema: type, value: object) -> Any:
     value : object
         Object of that class, or with the same attributes.
     """
-    return _writer(schema)(value)
+    return _codec(schema)[1](value)
 
 
 @functools.cache
-def _reader(kind: Any, form: Form) -> _Convert:
-    """Return the function that converts data to a type."""
+def _codec(kind: Any, form: Form = "exact") -> tuple[_Convert, _Convert]:
+    """Return the functions that read a type from plain data, and write it."""
     origin, inner = get_origin(kind), get_args(kind)
     if kind is Any:
-        return lambda value: value
+        return _same, _same
     if origin is Literal:
-        return partial(_read_word, inner)
+        return partial(_read_word, inner), str
+    if origin is types.UnionType and types.NoneType not in inner:
+        return partial(_read_either, inner), _same
     if origin is Annotated or origin is types.UnionType:
-        convert, null = _reader(inner[0], form), inner[1] if origin is Annotated else None
-        return lambda value: null if value is None else convert(value)
+        (read, write), null = _codec(inner[0], form), inner[1] if origin is Annotated else None
+        return (
+            lambda value: null if value is None else read(value),
+            lambda value: None if value == null else write(value),
+        )
     if origin is tuple and inner[-1] is not ...:
-        return partial(_read_row, tuple, f"a list of {len(inner)}", [_reader(hint, form) for hint in inner])
+        return partial(_read_row, tuple, f"a list of {len(inner)}", [_codec(hint, form)[0] for hint in inner]), list
     if origin is tuple:
-        return partial(_read_list, _reader(inner[0], form))
+        read, write = _codec(inner[0], form)
+        return partial(_read_list, read), lambda values: [write(value) for value in values]
     if origin is Mapping:
-        return partial(_read_mapping, _reader(inner[1], form), _is_named(inner[1]), form)
+        (read, write), named = _codec(inner[1], form), _is_named(inner[1])
+        return partial(_read_mapping, read, named, form), partial(_write_mapping, write, named)
     if is_dataclass(kind):
-        rows = {f.name if form == "table" else key: (f, _reader(hint, form)) for f, key, hint in _rows(kind)}
-        return partial(_read_record, kind, rows, form)
+        rows = [(f, key, *_codec(hint, form)) for f, key, hint in _rows(kind)]
+        reads = {f.name if form == "table" else key: (f, read) for f, key, read, _ in rows}
+        writes = [(f.name, key, write) for f, key, _, write in rows]
+        return partial(_read_record, kind, reads, form), partial(_write_record, writes)
     if issubclass(kind, tuple):
-        converts = [_reader(hint, form) for hint in kind.__annotations__.values()]
-        return partial(_read_row, kind._make, f"[{', '.join(kind._fields)}]", converts)
+        converts = [_codec(hint, form)[0] for hint in kind.__annotations__.values()]
+        return partial(_read_row, kind._make, f"[{', '.join(kind._fields)}]", converts), list
     if kind is Path:
-        return lambda value: Path(_read_scalar(str, value))
-    return partial(_read_scalar, kind)
+        return lambda value: Path(_read_scalar(str, value)), str
+    return partial(_read_scalar, kind), kind
+
+
+def _same(value: Any) -> Any:
+    return value
 
 
 def _read_scalar(kind: Any, value: Any) -> Any:
@@ -259,6 +270,13 @@ def _read_scalar(kind: Any, value: Any) -> Any:
     raise _wrong(value, _SCALARS[kind])
 
 
+def _read_either(kinds: Sequence[Any], value: Any) -> Any:
+    for kind in kinds:
+        with suppress(SchemaError):
+            return _read_scalar(kind, value)
+    raise _wrong(value, either([_SCALARS[kind] for kind in kinds]))
+
+
 def _read_word(words: Sequence[str], value: Any) -> Any:
     if not isinstance(value, str) or value not in words:
         raise _wrong(value, either(words))
@@ -266,6 +284,7 @@ def _read_word(words: Sequence[str], value: Any) -> Any:
 
 
 def _read_list(convert: _Convert, values: Any) -> Any:
+    """Return the converted values; an error names the index of its value."""
     if type(values) is not list:
         raise _wrong(values, "a list")
     result: list[Any] = []
@@ -278,6 +297,7 @@ def _read_list(convert: _Convert, values: Any) -> Any:
 
 
 def _read_mapping(convert: _Convert, named: bool, form: Form, values: Any) -> Any:
+    """Return the converted values by name; a named record takes its name from the key, not from a field."""
     entries, result = _table(values), {}
     try:
         for name, value in entries.items():
@@ -298,6 +318,7 @@ def _read_row(make: _Convert, allowed: str, converts: Sequence[_Convert], values
 
 
 def _read_record(kind: Any, rows: Mapping[str, tuple[Field[Any], _Convert]], form: Form, data: Any) -> Any:
+    """Return a record; "exact" data have every key, and only data of any age may have unknown ones."""
     if _table(data).keys() != rows.keys():
         for key in data:
             if key not in rows and form != "any_age":
@@ -339,25 +360,12 @@ def _wrong(value: object, allowed: str) -> SchemaError:
     return SchemaError(f" = {value_text(value)}: must be {allowed}")
 
 
-@functools.cache
-def _writer(kind: Any) -> Callable[[Any], Any]:
-    origin, inner = get_origin(kind), get_args(kind)
-    if origin is Annotated or origin is types.UnionType:
-        null, write = inner[1] if origin is Annotated else None, _writer(inner[0])
-        return lambda value: None if value == null else write(value)
-    if origin is tuple:
-        write = _writer(inner[0])
-        return lambda values: [write(value) for value in values]
-    if origin is Mapping:
-        write, named = _writer(inner[1]), _is_named(inner[1])
-        return lambda values: {name: _nameless(write(value), named) for name, value in values.items()}
-    if is_dataclass(kind):
-        rows = [(f.name, key, _writer(hint)) for f, key, hint in _rows(kind)]
-        return lambda value: {key: write(getattr(value, name)) for name, key, write in rows}
-    if origin is Literal:
-        return str
-    return list if issubclass(kind, tuple) else kind
+def _write_mapping(write: _Convert, named: bool, values: Any) -> Any:
+    entries = {name: write(value) for name, value in values.items()}
+    return (
+        {name: {k: v for k, v in entry.items() if k != "name"} for name, entry in entries.items()} if named else entries
+    )
 
 
-def _nameless(entry: Any, named: bool) -> Any:
-    return {key: value for key, value in entry.items() if key != "name"} if named else entry
+def _write_record(rows: Sequence[tuple[str, str, _Convert]], record: Any) -> Any:
+    return {key: write(getattr(record, name)) for name, key, write in rows}

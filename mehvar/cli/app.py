@@ -4,13 +4,16 @@
 from __future__ import annotations
 
 import importlib
+import os
 import traceback
 from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
+from pathlib import Path
+from types import SimpleNamespace
 from typing import Annotated, Any
 
 import typer
-from typer.core import TyperGroup
+from typer.core import TyperCommand, TyperGroup
 
 from mehvar.base.errors import InputError
 from mehvar.terminal import interruptible, print_version
@@ -60,11 +63,21 @@ EXPORT = {
 }
 
 
+class _Command(TyperCommand):
+    """Command that converts plain values itself: the import of pydantic for it takes a quarter of a short command."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return [_converted(parameter) for parameter in super().get_params(ctx)]
+
+
 class _Commands(TyperGroup):
     """Commands by name, from the tables above, whose modules are imported when called.
 
     The result of a command is its exit status. Unlike with typer, an interrupted command prints a message.
     """
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return [_converted(parameter) for parameter in super().get_params(ctx)]
 
     def make_context(self, *arguments: Any, **more: Any) -> Any:
         with interruptible():
@@ -102,10 +115,44 @@ def _group(commands: Mapping[str, str], *, hidden: Mapping[str, str] | None = No
 def _imported(module: str, listed: Any) -> Any:
     """Return the command of a module with its help text for the list of commands."""
     single = typer.Typer(add_completion=False, pretty_exceptions_enable=False, rich_markup_mode=None)
-    single.command(listed.name, help=listed.help, context_settings=_HELP)(importlib.import_module(module).command)
+    single.command(listed.name, cls=_Command, help=listed.help, context_settings=_HELP)(
+        importlib.import_module(module).command
+    )
     command = typer.main.get_command(single)
     command.params.append(_debug_option())
     return command
+
+
+def _converted(parameter: Any) -> Any:
+    """Return a parameter that leaves to typer only values that are not plain, and those that it refuses."""
+    if "get_runtime_param" in vars(parameter) or not hasattr(parameter, "get_runtime_param"):  # typer before pydantic
+        return parameter
+    described, by_typer = parameter.type_descriptor, parameter.get_runtime_param
+
+    def coerce(value: Any, **place: Any) -> Any:
+        try:
+            return _plain(value, described.annotation, described.parameter_info.parser, parameter)
+        except ValueError:
+            return by_typer().coerce(value, **place)
+
+    parameter.get_runtime_param = lambda: SimpleNamespace(coerce=coerce)
+    return parameter
+
+
+def _plain(value: Any, annotation: Any, parser: Any, parameter: Any) -> Any:
+    """Return a value of a parameter as typer does; raise ValueError if it is not plain."""
+    several = parameter.multiple or parameter.nargs == -1
+    if value is None:
+        return () if several else None
+    for text in value if several else (value,):
+        str(text).encode()  # refuses what is no UTF-8
+    if parser is not None and not several:
+        return parser(value)
+    if annotation is str or annotation == list[str]:
+        return list(value) if several else str(value)
+    if annotation is Path and (os.access(value, os.R_OK) or not Path(value).exists()):
+        return Path(value)
+    raise ValueError(annotation)
 
 
 def _remember(ctx: typer.Context, debug: bool) -> None:

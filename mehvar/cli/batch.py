@@ -6,7 +6,7 @@ from __future__ import annotations
 import logging
 import shlex
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from contextlib import nullcontext
 from pathlib import Path
 from typing import Annotated, Any
@@ -16,7 +16,6 @@ import typer
 from mehvar.base.errors import InputError, MehvarError, Origin, bad_value, run_checks
 from mehvar.campaign import CampaignFile, Save, read_campaign
 from mehvar.cli.store.stats import print_statistics
-from mehvar.runtime.batch.dispersions import split
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import CAMPAIGN_OPTIONS
 from mehvar.runtime.batch.store.store import open_store
@@ -31,6 +30,7 @@ from mehvar.settings import (
     complete_models,
     complete_varied,
     end_time,
+    read_settings,
     read_values,
     required_law,
     whole_number,
@@ -100,7 +100,7 @@ def command(
     batch = _campaign(
         model, controller=controller, n=n, scenario=scenario, seed=seed, sampling=sampling, **end_time(t_end),
         out=out, until=until, success=success, save=_save(save), set=read_values(settings, manifest),
-        vary=_dispersions(vary or ()),
+        vary=read_settings(vary, "--vary", 'NAME=DIST(...), as in "m1=normal(50, 2)"'),
     )  # fmt: skip
     origin = f"the command line or {model}" if model.endswith(".toml") else "the command line"
     origin = origin if t_end is None else Origin(origin, {"t_end": "--t-end"})
@@ -159,16 +159,6 @@ def _campaign(model: str, **fields: Any) -> CampaignFile:
 def _required(flags: Mapping[str, Any], name: str, what: str) -> None:
     if name not in flags:
         raise InputError(f"a batch needs {what}")
-
-
-def _dispersions(texts: Sequence[str]) -> dict[str, str]:
-    dispersions: dict[str, str] = {}
-    for text in texts:
-        names, distribution = split(text)
-        if names in dispersions:
-            raise InputError(f"--vary {names} is given twice")
-        dispersions[names] = distribution
-    return dispersions
 
 
 def _save(text: str | None) -> Save | None:

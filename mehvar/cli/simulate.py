@@ -16,7 +16,7 @@ from mehvar.runtime.files import check_file
 from mehvar.runtime.model.catalogue import find_model
 from mehvar.runtime.model.parameters import check_values, number
 from mehvar.runtime.run.formats import checked_format
-from mehvar.runtime.run.metrics import grouped_notes, metrics
+from mehvar.runtime.run.metrics import deviations_of, grouped_notes, metrics
 from mehvar.runtime.run.options import OPTIONS, split_settings
 from mehvar.runtime.run.results import notes_of
 from mehvar.runtime.run.simulate import Run
@@ -301,9 +301,7 @@ def _unexpected(run: Run) -> list[str]:
     """Report metrics that differ from the scenario's expected values, with the tolerances of the papers' report."""
     if run.controller.name not in run.scenario.expect:
         return []
-    from mehvar.reproduction.deviations import of_run
-
-    numbers = of_run(run.manifest, run.scenario, run.controller.name, metrics(run, run.manifest))
+    numbers = deviations_of(run.manifest, run.scenario, run.controller.name, metrics(run, run.manifest))
     return [
         f"the scenario {d.scenario} expects {d.metric.name} = {d.expected:.6g}, not {d.measured:.6g}"
         for d in numbers

@@ -71,7 +71,7 @@ def batch_picture(store: Store, names: list[str]) -> Figure:
     variables = store.variables()
     series = [name for name, variable in variables.items() if variable.dimension == "t"]
     metrics = metric_names(store)
-    states = [str(name) for name in store.coordinate("state")]
+    states = [str(name) for name in store.coordinate("state").values]
     shown = names or (states if series else metrics or summary_names(store)[:MOST_STATES])
     for name in names:
         if name not in (*series, *metrics, "t_stop"):
@@ -85,7 +85,7 @@ def batch_picture(store: Store, names: list[str]) -> Figure:
                 draw_bands(ax, store, name, _largest(store, name))
             else:
                 highest = worst(store, lambda block, name=name: column(store, name, [block]), _WORST)  # type: ignore[misc]
-                draw_histogram(ax, store, name, marked=highest)
+                draw_histogram(ax, store, name, marked=[run for run, _ in highest])
         return figure
 
 
@@ -109,7 +109,7 @@ def axis_text(batch: Batch, name: str) -> str:
 
 def draw_bands(ax: Axes, batch: Batch, name: str, marked: Sequence[int] = ()) -> None:
     """Draw a stored series as quantile bands over time, with the lines of up to three marked runs."""
-    t = batch.coordinate("t")
+    t = np.asarray(batch.coordinate("t").values)
     levels = [level for low, high, _ in BANDS for level in (low, high)]
     *edges, median = bands(batch, name, [*levels, 0.5])
     wrapped = wraps(batch, name)
@@ -169,7 +169,7 @@ def _largest(store: Store, name: str) -> list[int]:
         low, high = (column(store, f"{end}({name})", [block]) for end in ("minimum", "maximum"))
         return np.fmax(np.abs(low), np.abs(high))
 
-    return worst(store, magnitude, _WORST)
+    return [run for run, _ in worst(store, magnitude, _WORST)]
 
 
 def bin_edges(values: FloatArray) -> FloatArray:

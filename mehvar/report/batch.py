@@ -14,8 +14,8 @@ from mehvar.base.units import pretty_unit
 from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
 from mehvar.pictures.style import case_text, require_matplotlib, style
 from mehvar.runtime.batch.blocks import STATUS_TEXT
-from mehvar.runtime.batch.evaluation.conditions import Criterion
-from mehvar.runtime.batch.evaluation.sensitivity import KINDS, Sensitivity, sensitivities
+from mehvar.runtime.batch.evaluation.conditions import Criterion, Number
+from mehvar.runtime.batch.evaluation.sensitivity import KINDS, Sensitivity, sensitivities, tables
 from mehvar.runtime.batch.evaluation.statistics import (
     NO_INTERVAL,
     NO_METRICS,
@@ -147,13 +147,9 @@ def _endings(runs: Runs) -> list[Table]:
 def _sensitivities(items: Sequence[Sensitivity]) -> Iterator[Text | Table]:
     if not items:
         yield Text("No metric scatters with a value that is drawn.")
-    for kind, title in KINDS.items():
-        group = [item for item in items if item.kind == kind]
-        names = list(dict.fromkeys(name for item in group for name in item.first))
-        columns = ("metric", *names, "R²" if kind == "regression" else "sum", "runs")
-        rows = [(item.metric, *map(item.text, names), item.explained_text, str(item.runs)) for item in group]
+    for kind, heads, rows in tables(items):
         note = _SHARES[kind] + (_UNDETERMINED if any("undetermined" in row for row in rows) else "")
-        yield Table(title[0].upper() + title[1:], columns, rows, note)
+        yield Table(KINDS[kind][0].upper() + KINDS[kind][1:], [head.replace("^2", "²") for head in heads], rows, note)
 
 
 def _metrics(rows: Sequence[MetricStatistics], declared: bool) -> Iterator[Text | Table]:
@@ -218,7 +214,7 @@ def _failed(runs: Runs) -> tuple[list[int], list[str], bool]:
     names = sorted(criterion.names - {"status"})
     match criterion.nested():
         case ["and", ["<" | "<=" | ">" | ">=" as sign, _, float() | int()]]:
-            left = criterion.left()({name: runs.column(name) for name in names})[failed]
+            left = Number(runs.condition.partition(sign)[0], "success")(runs.column)[failed]
             beyond = np.where(np.isnan(left), math.inf, left if sign in ("<", "<=") else -left)
             return failed[np.argsort(-beyond, kind="stable")].tolist(), names, True
     return failed.tolist(), names, False

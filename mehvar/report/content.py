@@ -16,12 +16,13 @@ from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
 from mehvar.reproduction.beyond import Beyond, BeyondWords, Difference, differences, load_beyond
 from mehvar.reproduction.claims import Claim
-from mehvar.reproduction.deviations import Deviation, by_run, deviations, table_claims
+from mehvar.reproduction.deviations import by_run, deviations, table_claims
 from mehvar.reproduction.ledger_text import evidence_verdict
 from mehvar.reproduction.paper import PaperFigure, Reproduction, load_reproduction
 from mehvar.reproduction.runs import Runs
 from mehvar.reproduction.statements import Coverage, Statement, coverage, statement_verdicts
 from mehvar.runtime.model.model import load
+from mehvar.runtime.run.metrics import Deviation
 
 from .backends import Agreement, agreement
 from .board.section import Boards, run_boards

@@ -15,9 +15,9 @@ from mehvar.base.units import pretty_unit
 from mehvar.comparison.text import number as eigenvalue
 from mehvar.pictures.scene import Scene
 from mehvar.reproduction.claims import Check, Claim, ClaimKind, ClaimVerdict, tally
-from mehvar.reproduction.deviations import Deviation
 from mehvar.reproduction.ledger_page import FILTERS
 from mehvar.reproduction.paper import Reproduction
+from mehvar.runtime.run.metrics import Deviation
 
 from .backends import POINTS, TOLERANCE
 from .content import PaperReport, Picture

@@ -85,7 +85,7 @@ def _figure(study: Study, stores: Sequence[tuple[str, Store]]) -> Figure:
 
 def _draw(ax: Axes, store: Store, name: str, scale: float, color: str) -> None:
     """Draw the median of a series and the band of 90 % of the runs."""
-    t = store.coordinate("t")
+    t = store.coordinate("t").values
     low, middle, high = scale * bands(store, name, (_LOW, 0.5, _HIGH))
     edge: dict[str, Any] = {"color": color, "lw": 0.6}
     ax.fill_between(t, low, high, color=color, alpha=0.2, linewidth=0)

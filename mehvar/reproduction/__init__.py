@@ -4,11 +4,10 @@
 from __future__ import annotations
 
 from mehvar.base.schema import read_data
+from mehvar.runtime.run.metrics import AMPLITUDES, TIMES
 
 from .beyond import Beyond, read_beyond
 from .claims import (
-    AMPLITUDES,
-    TIMES,
     Check,
     Checks,
     Claim,

@@ -10,19 +10,9 @@ from enum import StrEnum
 from typing import TypeAlias
 
 from mehvar.base.errors import InputError
+from mehvar.runtime.run.metrics import COUNTS, TIMES
 
 from .runs import Runs, WatchedRuns
-
-TIMES = 0.01
-"""Allowed relative deviation of a time. A sample is 0.2 to 0.9 % of the papers' settling times. Half the value fails
-no claim and gives two rows a note; twice removes three notes.
-"""
-AMPLITUDES = 0.02
-"""Allowed relative deviation of an amplitude. Printed amplitudes have two to four digits; rounding to two digits
-changes them by up to 2.5 %. Half or twice changes no verdict.
-"""
-COUNTS = 1.0
-"""Allowed deviation of a count, because a sign change at the end of a run may or may not count."""
 
 _SHOWN = 1e-4
 """Smallest tolerance that a check's expected value names: below it all printed digits agree."""

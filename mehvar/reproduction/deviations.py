@@ -3,46 +3,17 @@
 
 from __future__ import annotations
 
-import math
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from .claims import AMPLITUDES, COUNTS, TIMES, Check, Claim, ClaimKind
+from mehvar.runtime.run.metrics import AMPLITUDES, COUNTS, TIMES, Deviation, deviations_of
+
+from .claims import Check, Claim, ClaimKind
 
 if TYPE_CHECKING:
-    from mehvar.base.manifest import Manifest, Metric, Scenario
+    from mehvar.base.manifest import Manifest, Scenario
 
     from .runs import Runs
-
-
-@dataclass(frozen=True)
-class Deviation:
-    """A metric of a run and its expected value; infinity means that the run does not settle."""
-
-    scenario: str
-    law: str
-    metric: Metric
-    expected: float
-    measured: float
-
-    @property
-    def size(self) -> float:
-        """Relative deviation, or absolute for a count; zero if both values are infinite."""
-        if self.measured == self.expected:
-            return 0.0
-        difference = self.measured - self.expected
-        return difference if self.metric.kind == "sign_changes" else difference / abs(self.expected)
-
-    @property
-    def allowed(self) -> float:
-        """Largest deviation that counts as reproduced."""
-        return {"settling": TIMES, "sign_changes": COUNTS}.get(self.metric.kind, AMPLITUDES)
-
-    @property
-    def holds(self) -> bool:
-        """True if the deviation is allowed."""
-        return abs(self.size) <= self.allowed
 
 
 def deviations(runs: Runs) -> list[Deviation]:
@@ -52,15 +23,7 @@ def deviations(runs: Runs) -> list[Deviation]:
         number
         for scenario in manifest.scenarios.values()
         for law in scenario.expect
-        for number in of_run(manifest, scenario, law, runs.metrics(law, scenario.name))
-    ]
-
-
-def of_run(manifest: Manifest, scenario: Scenario, law: str, measured: Mapping[str, float]) -> list[Deviation]:
-    """Compare the metrics of a run with the numbers that its scenario expects for its law."""
-    return [
-        Deviation(scenario.name, law, manifest.metrics[name], math.inf if value is None else value, measured[name])
-        for name, value in scenario.expect.get(law, {}).items()
+        for number in deviations_of(manifest, scenario, law, runs.metrics(law, scenario.name))
     ]
 
 

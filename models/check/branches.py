@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import ast
 import contextlib
+import functools
 import linecache
 import sys
 from collections.abc import Iterator
@@ -47,7 +48,7 @@ def no_branching() -> Iterator[None]:
 
     def equal(expr: Expr, other: object) -> Any:
         same = plain_eq(expr, other)
-        comparable = same is not True and isinstance(other, int | float | sp.Expr) and not _tests_form(_caller())
+        comparable = same is not True and not _tests_form(_caller()) and isinstance(other, int | float | sp.Expr)
         if comparable and (_symbolic(expr) or _symbolic(other)):
             _refuse(expr if _symbolic(expr) else other, "equality with", other if _symbolic(expr) else expr)
         return same
@@ -99,7 +100,12 @@ def _caller() -> FrameType:
 
 
 def _tests_form(frame: FrameType) -> bool:
-    return f"{frame.f_globals.get('__name__', '')}.".startswith(_BY_FORM)
+    return _may_test_form(frame.f_globals.get("__name__", ""))
+
+
+@functools.cache
+def _may_test_form(module: str) -> bool:
+    return f"{module}.".startswith(_BY_FORM)
 
 
 def _is_entry_with_zero(frame: FrameType) -> bool:

@@ -105,12 +105,11 @@ def mount(craft: Craft, parts: Iterable[Part], parameters: Parameters | None = N
 
 def contributions(craft: Craft) -> list[Contribution]:
     """Return the terms of each part in the equations of the hub, with external loads."""
-    result = []
-    for part, at in craft.parts:
+    for part, at in craft.parts[len(craft.contributions) :]:
         craft.frame.derivation.section(f"Part {part.name}")
         own = part.contribution(at)
-        result.append(replace(own, loads=(*own.loads, *part.loads(at))))
-    return result
+        craft.contributions.append(replace(own, loads=(*own.loads, *part.loads(at))))
+    return craft.contributions
 
 
 @dataclass(frozen=True)

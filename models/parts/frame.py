@@ -55,11 +55,11 @@ class Frame:
 
     def define(self, name: str, expr: Expr, title: str, unit: str = "") -> Expr:
         """Name an expression, unless it is a number, a name or a negated name."""
-        bare = -expr if expr.could_extract_minus_sign() else expr
-        if bare.is_Symbol or expr.is_number:
-            return expr
         if name in self.names and self.names[name][0] == expr:
             return self.names[name][1]
+        factor, bare = expr.as_coeff_Mul()
+        if expr.is_number or (bare.is_Symbol and abs(factor) == 1):
+            return expr
         constant = self.is_constant(expr)
         symbol = self.derivation.define(name, expr, title=title, unit=unit)
         self.names[name] = expr, symbol

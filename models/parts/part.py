@@ -45,6 +45,8 @@ class Craft:
         Period of laws and sensors, s.
     parts : list of (Part, Mounted)
         All parts, in their order.
+    contributions : list of Contribution
+        Terms of the parts, once they are derived.
     """
 
     frame: Frame
@@ -52,6 +54,7 @@ class Craft:
     quaternion: Sequence[Expr] = ()
     period: sp.Symbol = field(default_factory=lambda: sp.Symbol("Ts", real=True))
     parts: list[tuple[Part, Mounted]] = field(default_factory=list)
+    contributions: list[Contribution] = field(default_factory=list)
 
     @property
     def rotation(self) -> sp.Matrix:

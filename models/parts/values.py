@@ -91,11 +91,18 @@ def tensor(symbol: str, meaning: str) -> Kind:
 
 def kinds(part: object) -> dict[str, Kind]:
     """Return the declared fields of a part or a class of parts, by name."""
-    words = {"Annotated": Annotated, **globals()}  # for a part that is defined where no module is, as by exec
-    of = part if isinstance(part, type) else type(part)
-    hints = get_type_hints(of, localns=words, include_extras=True)
-    declared = {name: [a for a in get_args(hint) if isinstance(a, Kind)] for name, hint in hints.items()}
+    declared = {name: [a for a in get_args(hint) if isinstance(a, Kind)] for name, hint in _hints(part).items()}
     return {name: found[0] for name, found in declared.items() if found}
+
+
+def _hints(part: object) -> dict[str, Any]:
+    words = {"Annotated": Annotated, **globals()}  # for a part that is defined where no module is, as by exec
+    return get_type_hints(part if isinstance(part, type) else type(part), localns=words, include_extras=True)
+
+
+def _is_optional(hint: Any) -> bool:
+    """Return True for the hint of a field that may be None, as in Annotated[Number | None, scalar(...)]."""
+    return type(None) in get_args(get_args(hint)[0])
 
 
 class Complete(ABCMeta):
@@ -123,13 +130,14 @@ class Complete(ABCMeta):
                 raise ModelError(f"{where or cls.__name__}: {error}") from error
             near = suggestion(unknown, signature.parameters)
             raise ModelError(f"{where or cls.__name__}: {unknown!r} is not a field of {cls.__name__}{near}") from error
-        fields = kinds(cls)
+        fields, hints = kinds(cls), _hints(cls)
         for name in fields.keys() & have.keys():
             if not isinstance(have[name], str):  # a part may read a text, such as a date
                 check_numbers(fields[name], have[name], f"{where or cls.__name__}.{name}")
         for p in declared:
-            if p.name not in have and p.default is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD):
-                kind = fields.get(p.name)
+            kind, value = fields.get(p.name), have.get(p.name, p.default)
+            nothing = kind is not None and value is None and not _is_optional(hints[p.name])
+            if nothing or (value is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)):
                 what = f": {kind.meaning}{'' if kind.unit == '1' else f', {kind.unit}'}" if kind else ""
                 raise ModelError(f"{where or cls.__name__}.{p.name} is missing; write it into the call{what}")
         return super().__call__(*args, **given)

@@ -19,7 +19,7 @@ from ..run.problem import Status
 from ..run.results import attributes_of
 from ..run.ticks import rows_of
 from .kernel import compile_kernel
-from .numerics import Numerics, numerics_of, provenance
+from .numerics import numerics_of, provenance
 from .plan import Plan
 from .sampling import FloatArray
 from .store.layout import NOT_RUN, STATUS, Coordinate, Variable, number_units
@@ -38,9 +38,8 @@ BlockSource = Callable[[Missing], Generator[tuple[int, Values, Provenance], None
 
 IMPOSSIBLE = 5
 STATUS_TEXT = {int(status): status.text for status in Status} | {IMPOSSIBLE: "impossible", NOT_RUN: "not run"}
-_T_STIFF = f"where {EXPLICIT} found the run stiff, which {STIFF} then made again from the start"
-_EVENTS = "how often each event happened"
-_SUMMARIES = {"minimum": "smallest value", "maximum": "largest value"}
+_IMPOSSIBLE = {"events": 0, "steps": 0, "violated": -1, STATUS: IMPOSSIBLE}
+"""Results of impossible runs; others are NaN."""
 
 
 class Blocks:
@@ -57,8 +56,8 @@ class Blocks:
     ----------
     instants : array
         Instants of the stored series, s.
-    numerics : Numerics
-        All settings that affect the rounding of runs on this machine.
+    numerics : str
+        JSON of all that affects the rounding of runs on this machine.
     provenance : mapping
         The origin of the blocks.
 
@@ -82,7 +81,7 @@ class Blocks:
         self.notes = undetermined({metric.name: metric for metric in self.metrics}, self._t_end, self._dt)
         self._kernel.check(plan.nominal.p[None], self._t_end, self._dt)
         self.instants = self._instants()
-        self.numerics: Numerics = numerics_of(self._kernel, plan.campaign.sampling, effective)
+        self.numerics = numerics_of(self._kernel, plan.campaign.sampling, effective)
         self.provenance: Provenance = provenance(self._kernel)
 
     @property
@@ -92,30 +91,42 @@ class Blocks:
 
     def variables(self) -> list[Variable]:
         """Return the variables that a store has for each run."""
-        manifest, wide, events = self.plan.model.manifest, self.quantities(), self._kernel.loop.events
-        flags = {"flag_values": list(STATUS_TEXT), "flag_meanings": " ".join(_words(STATUS_TEXT))}
         drawn = zip(self.plan.labels(), self.plan.quantities(), strict=True)
+        series = self.quantities().items() if len(self.instants) else ()
         return [
-            *(Variable(label, "float64", attributes=_attributes(q, "drawn")) for label, q in drawn),
-            Variable("final", "float64", "state", len(manifest.states), {"long_name": "state where the run ended"}),
-            *(
-                Variable(name, "float64", "variable", len(wide), {"long_name": f"{text} over the run"})
-                for name, text in _SUMMARIES.items()
-            ),
+            *(Variable(label, "float64", attributes=_about(f"{q.description}, drawn", q.unit)) for label, q in drawn),
+            *self._summaries(),
             *(Variable(m.name, "float64", attributes=attributes_of(m, self.notes.get(m.name))) for m in self.metrics),
+            *(Variable(name, "float64", "t", len(self.instants), _about(q.description, q.unit)) for name, q in series),
+            *self._ends(),
+        ]
+
+    def _summaries(self) -> list[Variable]:
+        """Return the summaries of a run's variables."""
+        states, wide = len(self.plan.model.manifest.states), len(self._kernel.variables)
+        return [
+            Variable("final", "float64", "state", states, _about("state where the run ended")),
+            Variable("minimum", "float64", "variable", wide, _about("smallest value over the run")),
+            Variable("maximum", "float64", "variable", wide, _about("largest value over the run")),
+        ]
+
+    def _ends(self) -> list[Variable]:
+        """Return the variables that tell how a run ended."""
+        found = f"where {EXPLICIT} found the run stiff, which {STIFF} then made again from the start"
+        events, words = len(self._kernel.loop.events), " ".join(text.replace(" ", "_") for text in STATUS_TEXT.values())
+        flags = {"flag_values": list(STATUS_TEXT), "flag_meanings": words}
+        return [
+            Variable("t_stop", "float64", attributes=_about("where the run ended", "s")),
+            Variable("error", "float64", attributes=_about("largest error of a step over its tolerance", "1")),
+            *([Variable("t_stiff", "float64", attributes=_about(found, "s"))] if self._auto else []),
             *(
-                Variable(name, "float64", "t", len(self.instants), {"units": q.unit, "long_name": q.description})
-                for name, q in (wide.items() if len(self.instants) else ())
+                [Variable("events", "int64", "event", events, _about("how often each event happened"))]
+                if events
+                else []
             ),
-            Variable("t_stop", "float64", attributes={"units": "s", "long_name": "where the run ended"}),
-            Variable(
-                "error", "float64", attributes={"units": "1", "long_name": "largest error of a step over its tolerance"}
-            ),
-            *([Variable("t_stiff", "float64", attributes={"units": "s", "long_name": _T_STIFF})] if self._auto else []),
-            *([Variable("events", "int64", "event", len(events), {"long_name": _EVENTS})] if events else []),
-            Variable("steps", "int64", attributes={"units": "1", "long_name": "accepted steps of the integrator"}),
-            Variable("violated", "int8", attributes={"long_name": "which limit ended the run, -1 for none"}),
-            Variable(STATUS, "uint8", attributes={"long_name": "how the run ended", **flags}),
+            Variable("steps", "int64", attributes=_about("accepted steps of the integrator", "1")),
+            Variable("violated", "int8", attributes=_about("which limit ended the run, -1 for none")),
+            Variable(STATUS, "uint8", attributes={**_about("how the run ended"), **flags}),
         ]
 
     def coordinates(self) -> dict[str, Coordinate]:
@@ -133,9 +144,7 @@ class Blocks:
 
     def scalars(self) -> dict[str, str]:
         """Return the unit of every name that conditions may use; each is one number per run."""
-        coordinates = self.coordinates()
-        units = {name: quantity.unit for name, quantity in self.quantities().items()}
-        return number_units(self.variables(), lambda dimension: coordinates[dimension].values, units)
+        return number_units(self.variables(), self.coordinates().__getitem__)
 
     def quantities(self) -> dict[str, Quantity]:
         """Return all variables of a run in the order of the kernel's columns."""
@@ -163,24 +172,13 @@ class Blocks:
         )
         if block is None:
             return None
-        values: dict[str, NDArray[Any]] = {
-            **{"final": block.final, "minimum": block.minimum, "maximum": block.maximum},
-            **{metric.name: block.metrics[:, i] for i, metric in enumerate(self.metrics)},
-            **{"t_stop": block.t_stop, "error": block.error},
-            **({"t_stiff": block.t_stiff} if self._auto else {}),
-        }
+        values: dict[str, NDArray[Any]] = {v.name: getattr(block, v.name) for v in (*self._summaries(), *self._ends())}
+        values |= {metric.name: block.metric_values[:, i] for i, metric in enumerate(self.metrics)}
         if len(self.instants):
-            values |= {name: block.series[:, :, i] for i, name in enumerate(self.quantities())}
-        for array in values.values():
-            array[bad] = math.nan
-        return {
-            **dict(zip(plan.labels(), draw.values.T, strict=True)),
-            **values,
-            **({"events": np.where(bad[:, None], 0, block.events)} if block.events.size else {}),
-            "steps": np.where(bad, 0, block.steps),
-            "violated": np.where(bad, -1, block.violated).astype(np.int8),
-            STATUS: np.where(bad, IMPOSSIBLE, block.status).astype(np.uint8),
-        }
+            values |= {name: block.series[:, :, i] for i, name in enumerate(self._kernel.variables)}
+        for name, array in values.items():
+            array[bad] = _IMPOSSIBLE.get(name, math.nan)
+        return {**dict(zip(plan.labels(), draw.values.T, strict=True)), **values}
 
     def _instants(self) -> NDArray[np.float64]:
         every = self.plan.campaign.save_every
@@ -197,9 +195,6 @@ def check_names(variables: list[Variable]) -> None:
         raise InputError(f"a store cannot hold two variables called {twice[0]}: rename one in the model")
 
 
-def _attributes(quantity: Quantity, how: str) -> dict[str, str]:
-    return {"units": quantity.unit, "long_name": f"{quantity.description}, {how}"}
-
-
-def _words(texts: Mapping[int, str]) -> list[str]:
-    return [text.replace(" ", "_") for text in texts.values()]
+def _about(text: str, unit: str | None = None) -> dict[str, Any]:
+    """Return the attributes of a variable."""
+    return {"long_name": text} if unit is None else {"units": unit, "long_name": text}

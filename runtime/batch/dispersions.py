@@ -9,7 +9,6 @@ from __future__ import annotations
 
 import ast
 import math
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 
@@ -17,7 +16,7 @@ import numpy as np
 
 from mehvar.base.errors import InputError, bad_value, unknown_name
 
-from ..arguments import literals_are_numbers
+from ..arguments import parsed
 from .sampling import FloatArray, exponential, normal_quantile
 
 Quantile = Callable[[FloatArray], FloatArray]
@@ -86,14 +85,6 @@ def read_dispersions(vary: Mapping[str, str], origin: str = "vary") -> tuple[Dis
     return tuple(dispersions)
 
 
-def split(item: str) -> tuple[str, str]:
-    """Return the names and the distribution in "NAME=DIST(...)"; raise InputError for other texts."""
-    names, sign, text = item.partition("=")
-    if not sign or not names.strip() or not text.strip():
-        raise bad_value("--vary", item, 'NAME=DIST(...), as in "m1=normal(50, 2)"')
-    return names.strip(), text.strip()
-
-
 class _RefusedError(ValueError):
     """Error for arguments that do not define a distribution."""
 
@@ -114,6 +105,7 @@ def _lognormal(names: int, mu: float, sigma: float) -> Quantile:
 
 
 def _triangular(names: int, low: float, mode: float, high: float) -> Quantile:
+    """Return the quantile function of a triangular distribution; refuse one whose width is infinite or zero."""
     _require(names == 1 and low <= mode <= high and low < high)
     width, rise, fall = high - low, mode - low, high - mode
     _require(math.isfinite(width * width))
@@ -146,6 +138,7 @@ def _sphere(names: int, radius: float = 1.0) -> Quantile:
 
 
 def _correlated(names: int, means: tuple[float, ...], covariance: tuple[tuple[float, ...], ...]) -> Quantile:
+    """Return the quantile function of correlated normal numbers, by the Cholesky factor of their covariance."""
     _require(names == len(means) == len(covariance) and all(len(row) == names for row in covariance))
     _require(all(covariance[i][j] == covariance[j][i] for i in range(names) for j in range(i)))
     factor = _cholesky(covariance)
@@ -193,6 +186,7 @@ _MULTIVARIATE = "normal([means], [rows of a positive definite covariance matrix]
 
 
 def _read(names: str, text: str, origin: str) -> Dispersion:
+    """Return the dispersion that a text describes; `names` are one name or several with commas."""
     targets = tuple(name.strip() for name in names.split(","))
     kind, arguments, keywords = _call(names, text, origin)
     if kind not in _KINDS:
@@ -211,16 +205,12 @@ def _read(names: str, text: str, origin: str) -> Dispersion:
 def _call(names: str, text: str, origin: str) -> tuple[str, list[object], dict[str, object]]:
     """Return name and arguments of a call in Python syntax; lists become tuples of floats."""
     try:
-        with warnings.catch_warnings():
-            warnings.simplefilter("error")  # Python warns of texts such as `1if` before it refuses them
-            call = ast.parse(text.strip(), mode="eval").body
+        call = parsed(text.strip())
         if not isinstance(call, ast.Call) or not isinstance(call.func, ast.Name):
-            raise ValueError
-        if not literals_are_numbers(call, text.strip()):
             raise ValueError
         arguments = [_numbers(ast.literal_eval(argument)) for argument in call.args]
         keywords = {str(k.arg): _numbers(ast.literal_eval(k.value)) for k in call.keywords}
-    except (AttributeError, SyntaxError, ValueError, TypeError, OverflowError, MemoryError, RecursionError, Warning):
+    except (AttributeError, ValueError, TypeError, OverflowError, MemoryError, RecursionError):
         raise bad_value(names, text, "a distribution with numbers, as in normal(50, 2)", origin) from None
     return call.func.id, arguments, keywords
 

@@ -9,11 +9,12 @@ import json
 import os
 import threading
 import warnings
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Callable, Generator, Mapping
 from concurrent.futures import Future, ThreadPoolExecutor
+from dataclasses import dataclass
 from pathlib import Path
 from queue import SimpleQueue
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -31,13 +32,13 @@ from ..run.results import versions
 from ..run.user.law import PythonLaw
 from .blocks import IMPOSSIBLE, Blocks, BlockSource, Missing, Provenance, Values, check_names
 from .evaluation.requirements import DECIDED, DecisionRule, checked_confidence, read_requirements
-from .evaluation.statistics import StopRule, Success
+from .evaluation.statistics import Rule, StopRule, Success
 from .numerics import other_numerics
 from .plan import Campaign, Plan
+from .store.attributes import IDENTITY
 from .store.layout import STATUS, Layout
 from .store.store import Store, create
 from .store.store import resume as resume_store
-from .store.verification import BlockDamage
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -216,13 +217,14 @@ def _opened(
     layout = _layout(plan, blocks, chunk, rules)
     if path is None or not resume or not path.exists():
         return create(path, layout)
-    store = resume_store(path, layout, lambda attributes: _compare(str(path), attributes, layout.identity))
+    store = resume_store(path, layout, lambda attributes: _compare(str(path), attributes, layout.attributes))
     if chunk not in (None, store.chunk):
         raise bad_value("chunk", chunk, f"left out, or {store.chunk} as in {store.name}", plan.origin)
     return store
 
 
 def _layout(plan: Plan, blocks: Blocks, chunk: int | None, rules: dict[str, str]) -> Layout:
+    """Return the layout of a store: its arrays, what identifies its numbers, and what describes them."""
     variables = blocks.variables()
     check_names(variables)
     manifest, campaign = plan.model.manifest, plan.campaign
@@ -232,33 +234,27 @@ def _layout(plan: Plan, blocks: Blocks, chunk: int | None, rules: dict[str, str]
         chunk=chunk or _chunk(campaign.n, bytes_per_run, blocks.samples, bool(rules["until"])),
         variables=variables,
         coordinates=blocks.coordinates(),
-        identity={
-            **{"model": manifest.model, "model_hash": manifest.hash, "campaign": campaign.json_text(), **rules},
-            **{"numerics": blocks.numerics.text()},
-            **({} if plan.own is None else {"law": plan.own.text}),
-        },
         attributes={
             "title": f"{manifest.title}: {plan.law.title}",
             "model_source": _source(plan.model),
-            "controller": plan.law.name,
-            "scenario": plan.scenario.name,
-            "seed": campaign.seed,
-            "drawn": json.dumps(plan.labels()),
+            **plan.facts(),
             "metrics": json.dumps([metric.name for metric in blocks.metrics]),
             "profile": plan.options.profile,
             "flags": blocks.provenance["flags"],
             "compiler": blocks.provenance["compiler"],
-            "nominal": json.dumps(plan.nominal.values),
-            "structure": json.dumps(manifest.structure),
             "versions": json.dumps({**manifest.versions, **versions()}),
+            "campaign": campaign.json_text(),
+            **rules,
+            "numerics": blocks.numerics,
+            **({} if plan.own is None else {"law": plan.own.text}),
         },
     )
 
 
-def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, str]) -> None:
+def _compare(store: str, there: Mapping[str, Any], here: Mapping[str, Any]) -> None:
     """Refuse to continue a store of another batch; the message names the difference."""
-    for name, value in identity.items():
-        stored = attributes.get(name, "")
+    for name in IDENTITY:
+        stored, value = there.get(name, ""), here.get(name, "")
         if stored == value:
             continue
         if name == "numerics":
@@ -268,26 +264,20 @@ def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, s
                 "Continue it on the machine that made it, or start another store"
             )
         if name == "law":
-            stored, value = _other_lines(stored, value)
+            stored, value = _other_lines(stored, value), _other_lines(value, stored)
         if name == "campaign":
-            name, stored, value = _difference(json.loads(stored), json.loads(value))
+            old, new = json.loads(stored), json.loads(value)
+            name = next(name for name in new if old.get(name) != new[name])
+            stored, value = old.get(name), new[name]
         raise InputError(
             f"{store} was made with {name} = {stored!r}, not {value!r}: use the original command, "
             "or choose another name for the store"
         )
 
 
-def _other_lines(old: str, new: str) -> tuple[str, str]:
-    """Return the lines of each text that the other one lacks."""
-    lines = [text.splitlines() for text in (old, new)]
-    first, second = ("\n".join(line for line in one if line not in other) for one, other in (lines, lines[::-1]))
-    return first, second
-
-
-def _difference(old: Mapping[str, Any], new: Mapping[str, Any]) -> tuple[str, Any, Any]:
-    """Return the first difference of two campaigns as name, old and new value."""
-    name = next((name for name in new if old.get(name) != new[name]), "campaign")
-    return name, old.get(name), new.get(name)
+def _other_lines(text: str, other: str) -> str:
+    """Return the lines of a text that another one lacks."""
+    return "\n".join(line for line in text.splitlines() if line not in other.splitlines())
 
 
 def _chunk(n: int, bytes_per_run: int, samples: int, stops: bool) -> int:
@@ -307,45 +297,25 @@ def _source(model: Model) -> str:
     return model.name if shipped_models().get(model.name) == folder else str(folder.absolute())
 
 
-def _tell_damage(store: Store, damaged: Sequence[BlockDamage]) -> None:
-    for block in damaged:
-        warnings.warn(f"{store.name}: {block}; computed again", stacklevel=2)
-
-
-class Rule(Protocol):
-    """Stop rule of a batch: counts per block, and a test of their sums over the first runs."""
-
-    def count(self, store: Store, block: int) -> tuple[int, ...]:
-        """Return the counts of a stored block."""
-
-    def holds(self, counts: Sequence[int], runs: int) -> bool:
-        """Return True if the sums over the first runs suffice; each call adds runs."""
-
-
+@dataclass
 class _Filling:
     """Computation that fills a store until it is complete or the stop rule holds."""
 
-    def __init__(
-        self,
-        store: Store,
-        plan: Plan,
-        rule: Rule | None,
-        strict: bool,
-        report: BatchProgress | None,
-        kept: KeptInterrupts,
-    ) -> None:
-        self._store, self._plan, self._rule = store, plan, rule
-        self._strict, self._report, self._kept = strict, report, kept
-        self._counts: dict[int, tuple[int, ...]] = {}
-        self._stored = self._failed = 0
-        self._prefix = self._prefix_runs = 0
-        self._prefix_counts: tuple[int, ...] = ()
+    store: Store
+    plan: Plan
+    rule: Rule | None
+    strict: bool
+    report: BatchProgress | None
+    kept: KeptInterrupts
+    stored: int = 0
+    failed: int = 0
 
     def run(self, source: BlockSource) -> None:
         """Count the intact stored blocks, then compute missing and damaged ones."""
-        store = self._store
+        store = self.store
         verification = store.verify()
-        _tell_damage(store, verification.damaged)
+        for damage in verification.damaged:
+            warnings.warn(f"{store.name}: {damage}; computed again", stacklevel=2)
         if any(self._is_enough(block, store.read(STATUS, [block])) for block in verification.whole):
             return
         self._tell_progress()
@@ -356,7 +326,7 @@ class _Filling:
                 store.write(block, values, provenance=provenance, refusals=self._refusals(block, values[STATUS]))
                 enough = self._is_enough(block, values[STATUS])
                 self._tell_progress()
-                self._kept.check()
+                self.kept.check()
                 if enough:
                     return
         if not verification.complete:
@@ -364,37 +334,25 @@ class _Filling:
 
     def _refusals(self, block: int, status: NDArray[Any]) -> dict[str, str]:
         """Return the reasons of a block's first impossible runs."""
-        runs = self._store.runs(block).start + np.flatnonzero(status == IMPOSSIBLE)[:REFUSALS]
-        return {str(run): self._plan.refusal(run) for run in runs.tolist()}
+        runs = self.store.runs(block).start + np.flatnonzero(status == IMPOSSIBLE)[:REFUSALS]
+        return {str(run): self.plan.refusal(run) for run in runs.tolist()}
 
     def _is_enough(self, block: int, status: NDArray[Any]) -> bool:
         """Count a stored block; return True if the stop rule holds, and end the store there."""
-        self._stored += len(status)
-        self._failed += int(np.count_nonzero(~np.isin(status, COMPLETE)))
+        self.stored += len(status)
+        self.failed += int(np.count_nonzero(~np.isin(status, COMPLETE)))
         impossible = np.flatnonzero(status == IMPOSSIBLE)
-        if self._strict and impossible.size:
-            refusal = self._plan.refusal(self._store.runs(block).start + int(impossible[0]))
+        if self.strict and impossible.size:
+            refusal = self.plan.refusal(self.store.runs(block).start + int(impossible[0]))
             raise ImpossibleRunError(f"strict: {refusal}")
-        if self._rule is None:
+        if self.rule is None or not self.rule.holds_with(self.store, block):
             return False
-        self._counts[block] = self._rule.count(self._store, block)
-        return self._ends(self._rule)
+        self.store.end(self.rule.runs)
+        return True
 
     def _tell_progress(self) -> None:
-        if self._report:
-            self._report(self._stored, self._store.n, self._failed)
-
-    def _ends(self, rule: Rule) -> bool:
-        """Apply the stop rule to consecutive runs from 0, in any order of blocks, and end the store if it holds."""
-        while self._prefix in self._counts:
-            self._prefix_runs += len(self._store.runs(self._prefix))
-            counts = self._counts[self._prefix]
-            self._prefix_counts = tuple(map(sum, zip(self._prefix_counts or (0,) * len(counts), counts, strict=True)))
-            self._prefix += 1
-            if rule.holds(self._prefix_counts, self._prefix_runs):
-                self._store.end(self._prefix_runs)
-                return True
-        return False
+        if self.report:
+            self.report(self.stored, self.store.n, self.failed)
 
 
 def _local(blocks: Blocks) -> BlockSource:

@@ -28,13 +28,13 @@ from ..model.functions import FloatArray
 from ..model.model import Model
 from ..run.calls import check_loop, jacobian_name
 from ..run.metrics import COUNT, event_number
-from ..run.options import AUTO, Profile, RunOptions, check_effects, first_integrator, read_options
+from ..run.options import AUTO, Profile, RunOptions, first_integrator
 from ..run.problem import check_delay, check_hold, input_delays, variant_suffix
 from ..run.ticks import rows_of, ticks_of, times_in
 from ..run.user.law import PythonLaw
 from .source import KernelLoop
 
-_ALIGNMENT = 64  # bytes, of the widest vector
+_ALIGNMENT = 128  # bytes, of the widest vector
 _CHUNKS = 16  # blocks per thread: the last block takes at most a sixteenth of the time; with half as many, an eighth
 _PATIENCE = 0.1  # seconds between two checks of `stop`: a user waits at most this long
 
@@ -49,7 +49,7 @@ class Block:
         State at `t_stop`.
     minimum, maximum : array, (n, variables)
         Extremes of the recorded samples; NaN where one is NaN.
-    metrics : array, (n, metrics)
+    metric_values : array, (n, metrics)
         In the manifest's order.
     status : array of uint8, (n,)
         The `Status` of each run.
@@ -72,7 +72,7 @@ class Block:
     final: FloatArray
     minimum: FloatArray
     maximum: FloatArray
-    metrics: FloatArray
+    metric_values: FloatArray
     status: NDArray[np.uint8]
     violated: NDArray[np.int32]
     t_stop: FloatArray
@@ -81,6 +81,25 @@ class Block:
     series: FloatArray
     t_stiff: FloatArray
     events: NDArray[np.int64]
+
+    @classmethod
+    def empty(cls, loop: KernelLoop, n: int, rows: int) -> Block:
+        """Return a block of n runs without results, with series of `rows` samples."""
+        variables = len(loop.variables)
+        return cls(
+            final=np.empty((n, len(loop.manifest.states))),
+            minimum=np.empty((n, variables)),
+            maximum=np.empty((n, variables)),
+            metric_values=np.empty((n, len(loop.metrics))),
+            status=np.empty(n, np.uint8),
+            violated=np.empty(n, np.int32),
+            t_stop=np.empty(n),
+            error=np.empty(n),
+            steps=np.empty(n, np.int64),
+            series=np.full((n, rows, variables), np.nan),
+            t_stiff=np.empty(n),
+            events=np.zeros((n, len(loop.events)), np.int64),
+        )
 
 
 def compile_kernel(
@@ -104,9 +123,9 @@ def compile_kernel(
     choices : mapping, optional
         Choices of the model, as in {"plant": "reduced"}.
     options : RunOptions, optional
-        Integration and sampling options; end time and sampling step are given with the runs.
+        Integration and sampling options, checked by `Plan`; end time and sampling step are given with the runs.
     lanes : int, optional
-        Number of runs that a thread computes at once: 1, 2, 4 or 8; default: by the processor's registers.
+        Number of runs that a thread computes at once: 1, 2, 4, 8 or 16; default: `suitable_lanes`.
     own : OwnLaw, optional
         A law written in Python instead of a law of the model; `controller` is its name.
     origin : str
@@ -121,37 +140,24 @@ def compile_kernel(
     """
     law = model.manifest.controller(controller) if own is None else own.controller
     suffix = variant_suffix(model.manifest, choices or {}, origin)
-    given = (options or RunOptions()).changes()
-    options, _ = read_options(given, "batch", origin)
+    options = options or RunOptions()
     sampled = options.hold is not None or law.period is not None
-    check_effects(given, options.method, sampled, model.manifest.random(sampled), origin)
     check_loop(model.manifest, law, options.method, None if own else options.hold, sampled, origin)
-    if lanes not in (None, 1, 2, 4, 8):
-        raise bad_value("lanes", lanes, "1, 2, 4 or 8", origin)
+    if lanes not in (None, 1, 2, 4, 8, 16):
+        raise bad_value("lanes", lanes, "1, 2, 4, 8 or 16", origin)
     if options.method == AUTO:
         jacobian_name(model.manifest, law, suffix, sampled, AUTO)
     method = first_integrator(options.method)
     loop = KernelLoop(model.manifest, law, suffix, sampled, method, options.method == AUTO)
+    lanes = lanes or suitable_lanes(loop)
     return Kernel(
         loop=loop,
-        library=_library(loop, options.profile, lanes or widest()),
-        lanes=lanes or widest(),
+        library=_library(loop, options.profile, lanes),
+        lanes=lanes,
         options=options,
         origin=origin,
         own=own,
     )
-
-
-@dataclass(frozen=True)
-class _Request:
-    """Common arguments of all runs in a call of `Kernel.run`."""
-
-    seed: int
-    t_end: float
-    dt: float
-    save_every: float | None
-    threads: int
-    stop: Callable[[], bool] | None
 
 
 @dataclass(frozen=True)
@@ -215,13 +221,13 @@ class Kernel:
         vectors = {"p": p, "c": c, "s": s, "x0": x0}
         arrays = {name: np.ascontiguousarray(value, dtype=np.float64) for name, value in vectors.items()}
         arrays["number"] = np.arange(first_run, first_run + len(p), dtype=np.uint64)
-        request = _Request(seed, t_end, dt, save_every, threads, stop)
-        block = self._integrate(arrays, request)
+        common = (seed, t_end, dt, save_every, threads, stop)
+        block = self._integrate(arrays, *common)
         stiff = () if block is None else np.flatnonzero(np.isfinite(block.t_stiff))
         if block is None or not len(stiff):
             return block
         kernel = self.stiff if self.own is None else replace(self.stiff, own=self.own.among(len(p), stiff))
-        again = kernel._integrate({name: array[stiff] for name, array in arrays.items()}, request)
+        again = kernel._integrate({name: array[stiff] for name, array in arrays.items()}, *common)
         if again is None:
             return None
         for field in fields(Block):
@@ -233,24 +239,31 @@ class Kernel:
     def stiff(self) -> Kernel:
         """Kernel for stiff runs, compiled at first use."""
         loop = self.loop.stiff
-        return replace(self, loop=loop, library=_library(loop, self.options.profile, self.lanes))
+        lanes = min(self.lanes, suitable_lanes(loop))
+        return replace(self, loop=loop, lanes=lanes, library=_library(loop, self.options.profile, lanes))
 
-    def _integrate(self, arrays: Mapping[str, NDArray[Any]], request: _Request) -> Block | None:
+    def _integrate(
+        self,
+        arrays: Mapping[str, NDArray[Any]],
+        seed: int,
+        t_end: float,
+        dt: float,
+        save_every: float | None,
+        threads: int,
+        stop: Callable[[], bool] | None,
+    ) -> Block | None:
         """Integrate runs with this kernel's method; return None if `stop` ended it."""
-        p, t_end, dt, save_every = arrays["p"], request.t_end, request.dt, request.save_every
+        p = arrays["p"]
         schedule, ticks = self._schedule(p, t_end, dt)
         saved = 0 if save_every is None else schedule.record_every * (times_in(save_every, dt) or 0)
         rows = 0 if save_every is None else len(rows_of(save_every, t_end, dt, self.origin))
-        loop = self.loop
-        block = _empty(
-            len(p), len(loop.manifest.states), len(self.variables), len(loop.metrics), rows, len(loop.events)
-        )
+        block = Block.empty(self.loop, len(p), rows)
         metrics, signals = self._metric_structures
         halt = ctypes.c_int32(0)
         job = _Job(
             schedule=schedule,
             runs=len(p),
-            seed=request.seed,
+            seed=seed,
             save_every=saved or 1,
             rows=rows,
             metrics=len(metrics),
@@ -258,13 +271,13 @@ class Kernel:
             signal=ctypes.addressof(signals),
             stop=ctypes.addressof(halt),
             **{name: array.ctypes.data for name, array in arrays.items()},
-            **{name: getattr(block, field).ctypes.data for name, field in _RESULTS.items()},
+            **{field.name: getattr(block, field.name).ctypes.data for field in fields(Block)},
         )
         blocks = -(-len(p) // self.lanes)
         if self.own is None:
-            complete = _in_threads(self.library, job, blocks, request.threads, halt, request.stop)
+            complete = _in_threads(self.library, job, blocks, threads, halt, stop)
         else:
-            complete = self._in_step(job, ticks, blocks, request.threads, request.stop)
+            complete = self._in_step(job, ticks, blocks, threads, stop)
         return block if complete else None
 
     def check(self, p: FloatArray, t_end: float, dt: float) -> None:
@@ -357,18 +370,31 @@ class Kernel:
         return (_Metric * len(metrics))(*metrics), (_Signal * len(signals))(*signals)
 
 
-_RESULTS = {
-    **{name: name for name in ("final", "minimum", "maximum", "t_stop", "error", "series")},
-    **{name: name for name in ("steps", "events", "violated")},
-    **{"metric_values": "metrics", "status": "status", "t_stiff": "t_stiff"},
-}
-"""Attributes of a block by field of a C job."""
-
-
 _STRUCTURES = structures("step/schedule.h", "batch/job.h", "batch/lockstep.h")
 _Schedule, _Metric, _Signal, _Job, _Own = (
     _STRUCTURES[f"mv_{name}"] for name in ("schedule", "metric", "signal", "job", "own")
 )
+
+
+LEAST_PARALLEL = 5
+"""Operations of a loop for each one in its longest chain. With fewer, the processor mostly waits for results, so lanes
+fill two registers, whose operations alternate. The loops of the triangle have 3; they then take 0.70 to 0.74 of the
+time with AVX2, 0.80 to 0.86 with AVX-512. Loops of slosh have 8 to 13 and would take 1.09 to 1.13 times as long. Half
+this value excludes the triangle; twice includes slosh.
+"""
+
+
+def suitable_lanes(loop: KernelLoop) -> int:
+    """Return the number of runs that a thread computes at once: as many as fill one register or two."""
+    if loop.sampled or "loop_jac" in loop.calls or not _copies_registers():
+        return widest()
+    slope = loop.calls["loop"]
+    return widest() * (2 if slope.operations < LEAST_PARALLEL * slope.chain else 1)
+
+
+def _copies_registers() -> bool:
+    """Return True if the compiler handles vectors of two registers well."""
+    return widest() > 2 and require_compiler().copies_registers
 
 
 LONGEST_SCHEDULED = 10_000
@@ -385,7 +411,9 @@ def kernel_flags(loop: KernelLoop, profile: Profile, lanes: int) -> tuple[str, .
     short = max(function.operations for function in loop.calls.values()) <= LONGEST_SCHEDULED
     scheduling = require_compiler().scheduling if short else ()
     flags = ("-O2", "-fno-tree-slp-vectorize", "-Wno-psabi", f"-DMEHVAR_LANES={lanes}")
-    return (*flags, *vector_flags(), *scheduling, f"-ffp-contract={contract}")
+    bits = 64 * widest()
+    copies = (f"-mmove-max={bits}", f"-mstore-max={bits}") if lanes > widest() and _copies_registers() else ()
+    return (*flags, *vector_flags(), *copies, *scheduling, f"-ffp-contract={contract}")
 
 
 def _library(loop: KernelLoop, profile: Profile, lanes: int) -> ctypes.CDLL:
@@ -402,23 +430,6 @@ def _library(loop: KernelLoop, profile: Profile, lanes: int) -> ctypes.CDLL:
     if library.mv_job_size() != ctypes.sizeof(_Job):
         raise RuntimeError("the compiled batch kernel does not match its Python interface; reinstall mehvar")
     return library
-
-
-def _empty(n: int, states: int, variables: int, metrics: int, rows: int, events: int) -> Block:
-    return Block(
-        final=np.empty((n, states)),
-        minimum=np.empty((n, variables)),
-        maximum=np.empty((n, variables)),
-        metrics=np.empty((n, metrics)),
-        status=np.empty(n, np.uint8),
-        violated=np.empty(n, np.int32),
-        t_stop=np.empty(n),
-        error=np.empty(n),
-        steps=np.empty(n, np.int64),
-        series=np.full((n, rows, variables), np.nan),
-        t_stiff=np.empty(n),
-        events=np.zeros((n, events), np.int64),
-    )
 
 
 def _in_threads(

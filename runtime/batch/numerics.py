@@ -6,7 +6,7 @@ from __future__ import annotations
 import json
 import platform
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 from mehvar.base.cache import key
@@ -33,41 +33,23 @@ _MEANINGS = {
     "profile": "the profile",
     "processor": "compiler and lanes, on which profile=fast depends",
 }
+"""Parts of the numerics, as hashes or texts. The options of every run include those at their defaults. In the portable
+profile, compilers, lanes and processors do not affect results, and `processor` is empty.
+"""
 
 
-@dataclass(frozen=True)
-class Numerics:
-    """Hashes and texts that are equal for bit-identical runs.
+def numerics_of(kernel: Kernel, sampling: str, options: Mapping[str, object]) -> str:
+    """Return JSON that is equal for bit-identical runs.
 
-    In the portable profile, compilers, lanes and processors do not affect results and are omitted.
-
-    Attributes
+    Parameters
     ----------
-    generated : str
-        Hash of the model's generated C code and its manifest.
-    native, drawing : str
-        Hash of the C code around it as compiled; hash of the modules that draw values and mark runs.
-    options : str
-        JSON of the options of every run, including those at their defaults.
-    flags, profile, processor : str
-        Compiler flags and settings.
+    kernel : Kernel
+        The kernel on this machine.
+    sampling : str
+        Sampling design.
+    options : mapping
+        Options of every run.
     """
-
-    generated: str
-    native: str
-    drawing: str
-    options: str
-    flags: str
-    profile: str
-    processor: str
-
-    def text(self) -> str:
-        """Return the numerics as JSON for stores and workers."""
-        return json.dumps(asdict(self), sort_keys=True)
-
-
-def numerics_of(kernel: Kernel, sampling: str, options: Mapping[str, object]) -> Numerics:
-    """Return the numerics of a kernel on this machine, for a sampling design and common options."""
     manifest, profile = kernel.loop.manifest, kernel.options.profile
     own = generated_sources(manifest)
     native = {name: text for name, text in kernel.loop.sources.items() if name not in own}
@@ -76,15 +58,16 @@ def numerics_of(kernel: Kernel, sampling: str, options: Mapping[str, object]) ->
     compiler = require_compiler()
     flags = kernel_flags(kernel.loop, profile, kernel.lanes)
     machine = (platform.machine(), compiler.version, *compiler.command[1:], *flags)
-    return Numerics(
-        generated=generated_digest(manifest),
-        native=_digest(native),
-        drawing=_drawing(sampling),
-        options=json.dumps(options),
-        flags=" ".join(FLAGS),
-        profile=profile,
-        processor="" if profile == "portable" else " ".join(machine),
-    )
+    parts = {
+        "generated": generated_digest(manifest),
+        "native": _digest(native),
+        "drawing": _drawing(sampling),
+        "options": json.dumps(options),
+        "flags": " ".join(FLAGS),
+        "profile": profile,
+        "processor": "" if profile == "portable" else " ".join(machine),
+    }
+    return json.dumps(parts, sort_keys=True)
 
 
 def generated_digest(manifest: Manifest) -> str:

@@ -19,7 +19,7 @@ from mehvar.base.names import identifier
 from ..arguments import check_arguments
 from ..model.functions import START_OFF, displacement
 from ..model.model import Model
-from ..model.parameters import Resolved, all_parameters, check_values, named_values, number, resolve
+from ..model.parameters import Resolved, check_values, named_values, number, resolve
 from ..run.options import OPTIONS, check_effects, count_option, number_option, read_options, rows, word_option
 from ..run.problem import (
     actuator_period,
@@ -139,8 +139,8 @@ class Plan:
         self.dispersions = read_dispersions(dict(sorted(campaign.vary.items())), origin)
         self.campaign = campaign = self._checked(campaign)
         self.names = tuple(name for d in self.dispersions for name in d.names)
-        groups = (manifest.parameters, self.law.parameters, manifest.scenario_parameters)
-        self._columns = [{q.name: i for i, q in enumerate(group)} for group in groups]
+        self._groups = (manifest.parameters, self.law.parameters, manifest.scenario_parameters)
+        self._columns = [{q.name: i for i, q in enumerate(group)} for group in self._groups]
         self._states = {q.name: i for i, q in enumerate(manifest.states)}
         self._check_names()
         kind, others = f"state of {model.name} in initial", [q.name for q in manifest.scenario_parameters]
@@ -153,8 +153,7 @@ class Plan:
         if self.options.hold is not None and (both := set(self.names) & sampled_parameters(manifest).keys()):
             raise InputError(f"{min(both)} cannot vary (from {origin}): all runs of a batch share one period")
         self._check_read()
-        start = model.functions["initial"](self.nominal.p, self.nominal.s)
-        self.nominal_x0 = self._started(np.array(start), {**self._initial, **self._only_states(centres)})
+        self.nominal_x0 = self._started(self.nominal.p, self.nominal.s, centres)
 
     def effective(self) -> dict[str, Any]:
         """Return the options of all runs by name: given values, or defaults of the scenario or of mehvar."""
@@ -180,11 +179,24 @@ class Plan:
 
     def quantities(self) -> tuple[Quantity, ...]:
         """Return name, unit and description of each dispersed name."""
-        manifest = self.model.manifest
-        parameters = (*manifest.parameters, *self.law.parameters, *manifest.scenario_parameters)
-        rows: list[Quantity | Parameter] = [*manifest.states, *parameters]
+        rows: list[Quantity | Parameter]
+        rows = [*self.model.manifest.states, *(parameter for group in self._groups for parameter in group)]
         quantities = {q.name: Quantity(q.name, q.unit, q.description) for q in rows}
         return tuple(quantities[name] for name in self.names)
+
+    def facts(self) -> dict[str, Any]:
+        """Return the attributes of a store that follow from the campaign and the model."""
+        manifest = self.model.manifest
+        return {
+            "model": manifest.model,
+            "model_hash": manifest.hash,
+            "controller": self.law.name,
+            "scenario": self.scenario.name,
+            "seed": self.campaign.seed,
+            "drawn": json.dumps(self.labels()),
+            "nominal": json.dumps(self.nominal.values),
+            "structure": json.dumps(manifest.structure),
+        }
 
     def draw(self, first: int, count: int, points: FloatArray | None = None) -> Draw:
         """Return the runs first ... first + count - 1; a run does not depend on the runs drawn with it.
@@ -199,8 +211,7 @@ class Plan:
                 vector[:, columns[name]] = drawn[name]
         p, c, s = vectors
         self._fill_formulas(c)
-        x0 = np.array(self.model.functions["initial"](p, s))
-        x0 = self._started(x0, {**self._initial, **self._only_states(drawn)})
+        x0 = self._started(p, s, drawn)
         return Draw(first, values, p, c, s, x0, self._possible(p, c, s, x0))
 
     def drawn(self, run: int) -> dict[str, float]:
@@ -209,9 +220,8 @@ class Plan:
 
     def settings(self, run: int) -> tuple[dict[str, float], dict[str, float]]:
         """Return the parameters and initial states that repeat this run as a single one."""
-        drawn = self.drawn(run)
-        parameters = {name: value for name, value in drawn.items() if self._is_parameter(name)}
-        return {**self.campaign.parameters, **parameters}, {**self._initial, **self._only_states(drawn)}
+        parameters, states = self._split(self.drawn(run))
+        return {**self.campaign.parameters, **parameters}, {**self._initial, **states}
 
     def refusal(self, run: int) -> str:
         """Return the reason why a run is impossible; empty if it is possible."""
@@ -277,6 +287,7 @@ class Plan:
                 )
 
     def _values(self, first: int, count: int, points: FloatArray | None = None) -> FloatArray:
+        """Return the drawn values of runs, (count, names), by default from the sampler's points."""
         points = self._sampler.points(first, count) if points is None else points
         values, place = np.empty_like(points), 0
         for dispersion in self.dispersions:
@@ -289,19 +300,21 @@ class Plan:
 
     def _resolved(self, drawn: Mapping[str, float], origin: str) -> Resolved:
         manifest, functions = self.model.manifest, self.model.functions
-        parameters = {name: value for name, value in drawn.items() if self._is_parameter(name)}
-        values = {**self.campaign.parameters, **parameters}
+        values = {**self.campaign.parameters, **self._split(drawn)[0]}
         if self.law.delay:
             values.setdefault(self.law.delay, float(self.options.delay))
         names = (*OPTIONS, *manifest.choices)
         return resolve(manifest, functions, self.law, self.scenario, values, origin, names)
 
-    def _only_states(self, values: Mapping[str, _T]) -> dict[str, _T]:
-        return {name: value for name, value in values.items() if not self._is_parameter(name)}
+    def _split(self, values: Mapping[str, _T]) -> tuple[dict[str, _T], dict[str, _T]]:
+        """Return the values of parameters and of initial states separately."""
+        parameters = {name: value for name, value in values.items() if self._is_parameter(name)}
+        return parameters, {name: value for name, value in values.items() if name not in parameters}
 
-    def _started(self, x0: FloatArray, states: Mapping[str, ArrayLike]) -> FloatArray:
-        """Write named initial states into x0, shape (..., nx), and return it."""
-        for name, value in states.items():
+    def _started(self, p: FloatArray, s: FloatArray, drawn: Mapping[str, ArrayLike]) -> FloatArray:
+        """Return the initial states of runs, shape (..., nx)."""
+        x0 = np.array(self.model.functions["initial"](p, s))
+        for name, value in {**self._initial, **self._split(drawn)[1]}.items():
             x0[..., self._states[name]] = value
         return x0
 
@@ -309,6 +322,7 @@ class Plan:
         return any(name in columns for columns in self._columns)
 
     def _check_names(self) -> None:
+        """Refuse varied names that are unknown, also set, or fixed by the sample times, and vectors of mixed units."""
         names = [name for columns in self._columns for name in columns] + list(self._states)
         fixed = {*self.campaign.parameters, *self.campaign.initial}
         for name in self.names:
@@ -321,8 +335,7 @@ class Plan:
                 raise InputError(
                     f"{name} cannot vary (from {self.origin}): it determines the sample times of {self.law.name}"
                 )
-        units = {q.name: q.unit for q in all_parameters(self.model.manifest, self.law)}
-        units |= {q.name: q.unit for q in self.model.manifest.states}
+        units = {q.name: q.unit for q in self.quantities()}
         for d in self.dispersions:
             if d.of_vector and len({units[name] for name in d.names}) > 1:
                 listed = ", ".join(f"{name} in {units[name]}" for name in d.names)
@@ -332,9 +345,10 @@ class Plan:
         """Refuse parameters that no run reads."""
         given = dict(self.campaign.parameters) | {name: d.text for d in self.dispersions for name in d.names}
         suffix = variant_suffix(self.model.manifest, self.choices, self.origin)
-        parameters = {name: value for name, value in given.items() if self._is_parameter(name)}
-        states = {*self._initial, *self._only_states(given)}
-        check_read(self.model.manifest, self.law, suffix, self.sampled, parameters, states, self.origin)
+        parameters, states = self._split(given)
+        check_read(
+            self.model.manifest, self.law, suffix, self.sampled, parameters, {*self._initial, *states}, self.origin
+        )
 
     def _fill_formulas(self, c: FloatArray) -> None:
         """Compute law parameters that depend on others, as `resolve` does for one run."""
@@ -351,10 +365,10 @@ class Plan:
                 c[:, i] = np.where(np.isnan(c[:, i]), column, c[:, i])
 
     def _possible(self, p: FloatArray, c: FloatArray, s: FloatArray, x0: FloatArray) -> NDArray[np.bool_]:
+        """Return for each run True if its values and initial state are allowed."""
         manifest, functions = self.model.manifest, self.model.functions
         good = np.array(np.isfinite(x0).all(axis=1))
-        groups = (manifest.parameters, self.law.parameters, manifest.scenario_parameters)
-        for group, vectors in zip(groups, (p, c, s), strict=True):
+        for group, vectors in zip(self._groups, (p, c, s), strict=True):
             good &= _within(group, vectors)
         if manifest.constraints:
             good &= (functions["constraints"](p, s) > 0).all(axis=1)

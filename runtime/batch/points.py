@@ -90,6 +90,7 @@ def count(vary: Mapping[str, str], origin: str) -> int | None:
 
 
 def _csv(path: str | os.PathLike[str]) -> Any:
+    """Return the table of a CSV file; refuse rows whose last cells pandas would drop."""
     import pandas as pd
 
     try:

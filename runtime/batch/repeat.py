@@ -183,6 +183,7 @@ def keep_for_session(store: Batch, model: Model) -> None:
 
 
 def _trusted_model(store: Batch, trust: bool) -> Model | str:
+    """Return the model of a store: of the session, installed, of the project or, if trusted, its source."""
     name, source = str(store.attributes["model"]), str(store.attributes["model_source"])
     if known := SESSION_MODELS.get(_recorded_digest(store)):
         return known
@@ -295,7 +296,7 @@ def difference(run: Run, plan: Plan, store: Batch, number: int) -> str | None:
         if not np.array_equal(here, there, equal_nan=here.dtype.kind == "f"):
             differences.append(f"{name} by up to {_largest(here, there):.3g}")
     attributes = store.attributes
-    differences += [name for name, value in _facts(plan).items() if attributes[name] != value]
+    differences += [name for name, value in plan.facts().items() if attributes[name] != value]
     return f"differs from the store in {', '.join(sorted(differences))}" if differences else ""
 
 
@@ -326,16 +327,6 @@ def _saved(run: Run, plan: Plan, series: Mapping[str, FloatArray]) -> dict[str, 
     instants, last = rows_of(dt, end, dt, plan.origin), len(run.t) - 1
     inside = rows < last + (run.t[-1] == instants[min(last, len(instants) - 1)])  # an event may end a run between two
     return {name: np.where(inside, values[np.where(inside, rows, 0)], math.nan) for name, values in series.items()}
-
-
-def _facts(plan: Plan) -> dict[str, Any]:
-    """Return the attributes of a store that follow from its campaign and model."""
-    manifest = plan.model.manifest
-    return {
-        **{"model": manifest.model, "model_hash": manifest.hash, "structure": json.dumps(manifest.structure)},
-        **{"controller": plan.law.name, "scenario": plan.scenario.name, "seed": plan.campaign.seed},
-        **{"nominal": json.dumps(plan.nominal.values), "drawn": json.dumps(plan.labels())},
-    }
 
 
 def _largest(one: FloatArray, other: FloatArray) -> float:

@@ -102,6 +102,7 @@ class Sampler:
         return result
 
     def _sobol(self, first: int, count: int, dimensions: int) -> FloatArray:
+        """Return points of the scrambled Sobol sequence, (count, dimensions), moved off zero by half a step."""
         engine = _sobol_engine(self._seed, dimensions)
         with _SOBOL_LOCK, warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # it concerns a piece of the sequence, not the whole

@@ -79,8 +79,10 @@ class KernelLoop:
 
     @cached_property
     def sources(self) -> dict[str, str]:
-        """C files of the kernel by name; batch.c is compiled."""
-        return kernel_sources(self)
+        """C files of the kernel by name; batch.c is compiled. A generated folder may lack a function: InputError."""
+        sources = native_headers() | native_sources("step/*.h", "batch/*.[ch]", "random/*.h")
+        generated = {name: generated_text(self.manifest, name) for name in _loop_files(self)}
+        return sources | generated | {"kernel.h": _kernel(self)}
 
     @cached_property
     def stiff(self) -> KernelLoop:
@@ -120,19 +122,6 @@ class KernelLoop:
     def records_command(self) -> bool:
         """True if commanded and acting inputs may differ."""
         return self.sampled or "actuate" in self.manifest.functions
-
-
-def kernel_sources(loop: KernelLoop) -> dict[str, str]:
-    """Return the C files of a kernel by name; batch.c is compiled.
-
-    Raises
-    ------
-    InputError
-        If the generated folder lacks a function.
-    """
-    sources = native_headers() | native_sources("step/*.h", "batch/*.[ch]", "random/*.h")
-    generated = {name: generated_text(loop.manifest, name) for name in _loop_files(loop)}
-    return sources | generated | {"kernel.h": _kernel(loop)}
 
 
 def generated_sources(manifest: Manifest) -> dict[str, str]:
@@ -198,6 +187,7 @@ def _loop_files(loop: KernelLoop) -> list[str]:
 
 
 def _sizes(loop: KernelLoop) -> dict[str, str]:
+    """Return the macros with the sizes and features for which the kernel is compiled, and the table of its events."""
     manifest, calls = loop.manifest, loop.calls
     states = len(manifest.states)
     numbers = {
@@ -301,6 +291,7 @@ def _dense(tableau: Any) -> dict[str, str]:
 
 
 def _implicit(tableau: Any, common: dict[str, str]) -> tuple[list[str], dict[str, str]]:
+    """Return the tables of an implicit method, and the macros of the step that they replace."""
     stages = tableau.stages - 1
     rows = {
         "a": _rows(tableau.a, stages),

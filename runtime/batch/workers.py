@@ -28,7 +28,7 @@ from ..interrupts import deferred
 from ..model.generated import generated_text
 from ..model.model import load
 from .blocks import Blocks, BlockSource, Missing, Provenance, Values
-from .numerics import Numerics, other_numerics
+from .numerics import other_numerics
 from .plan import Campaign, Plan
 
 if TYPE_CHECKING:
@@ -115,7 +115,7 @@ def _check_certificates(address: str) -> None:
         raise InputError(f"scheduler = {address!r}: must be {allowed}")
 
 
-def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
+def on_workers(client: Client, plan: Plan, numerics: str) -> BlockSource:
     """Return a source of blocks from a cluster's workers, in order of completion.
 
     Raises
@@ -163,11 +163,11 @@ def on_workers(client: Client, plan: Plan, numerics: Numerics) -> BlockSource:
     return guarded
 
 
-def _bundle(plan: Plan, numerics: Numerics) -> Bundle:
+def _bundle(plan: Plan, numerics: str) -> Bundle:
     manifest = plan.model.manifest
     names = [FILE, *sorted(path.name for path in manifest.folder.iterdir() if path.suffix in (".c", ".h"))]
     files = {name: generated_text(manifest, name) for name in names}
-    return Bundle(files, plan.campaign.json_text(), numerics.text())
+    return Bundle(files, plan.campaign.json_text(), numerics)
 
 
 def _examine(client: Client) -> None:
@@ -258,7 +258,7 @@ def _blocks(key: str, bundle: Bundle) -> Blocks:
     if key not in _READY:
         folder = cache.entry("models", key, bundle.write)
         blocks = Blocks(Plan(load(folder, "c"), Campaign(**json.loads(bundle.campaign))), threads=1)
-        if differences := other_numerics(bundle.numerics, blocks.numerics.text()):
+        if differences := other_numerics(bundle.numerics, blocks.numerics):
             raise InputError(f"its numerics differ: {differences}")
         _READY[key] = blocks
     return _READY[key]

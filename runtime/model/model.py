@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from mehvar.base.capabilities import Operation, refuse
 from mehvar.base.display import displayed_formulas, heading, table
-from mehvar.base.errors import InputError, bad_value, unknown_name
+from mehvar.base.errors import InputError, bad_value
 from mehvar.base.manifest import Manifest, parameter_table
 
 from ..arguments import check_arguments
@@ -27,7 +27,7 @@ from .generated import warn_if_stale
 from .header import check_header
 from .linear import ClosedLoop, LinearSystem, linearize_plant, output_rows, slope_of_inputs
 from .named import NamedVector, named
-from .parameters import Setting, elements, law_vector, named_values, vector
+from .parameters import Setting, given, law_vector, named_values, vector
 
 if TYPE_CHECKING:
     from .tools.ivp import InitialValueProblem
@@ -112,11 +112,7 @@ class Model:
         InputError
             For an unknown name, a value that is not a finite number, or one out of bounds.
         """
-        each = elements(values, self.parameter_names)
-        for name in each:
-            if name not in self.parameter_names:
-                raise unknown_name(f"parameter of {self.name}", name, self.parameter_names)
-        settings = {name: Setting(value, "") for name, value in each.items()}
+        settings = given(self.manifest.parameters, values, self.name)
         return named(vector(self.manifest.parameters, settings), self.parameter_names)
 
     def law_parameters(self, controller: str, **values: ArrayLike) -> FloatArray:

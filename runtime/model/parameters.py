@@ -110,13 +110,18 @@ def law_vector(functions: Functions, controller: Controller, values: Mapping[str
     InputError
         For an unknown name, a value that is not a finite number, or one out of bounds.
     """
-    names = [q.name for q in controller.parameters]
-    values = elements(values, names)
-    for name in values:
-        if name not in names:
-            raise unknown_name(f"parameter of the law {controller.name}", name, names)
-    settings = {name: Setting(value, "") for name, value in values.items()}
+    settings = given(controller.parameters, values, f"the law {controller.name}")
     return vector(controller.parameters, settings | _formulas(functions, controller, settings))
+
+
+def given(parameters: Sequence[Parameter], values: Mapping[str, object], owner: str) -> dict[str, Setting]:
+    """Return a caller's values by parameter, with arrays split into elements; raise InputError for an unknown name."""
+    names = [q.name for q in parameters]
+    each = elements(values, names)
+    for name in each:
+        if name not in names:
+            raise unknown_name(f"parameter of {owner}", name, names)
+    return {name: Setting(value, "") for name, value in each.items()}
 
 
 def all_parameters(manifest: Manifest, controller: Controller) -> tuple[Parameter, ...]:

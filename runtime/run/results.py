@@ -7,7 +7,6 @@ import functools
 import json
 from collections import Counter
 from collections.abc import Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -110,7 +109,7 @@ def _dataset_attributes() -> set[str]:
 
         (folder / "attributes.json").write_text(json.dumps(dir(xarray.Dataset)), encoding="utf-8")
 
-    folder = cache.entry("dataset", f"xarray-{version('xarray')}", fill)
+    folder = cache.entry("dataset", f"xarray-{installed('xarray')['xarray']}", fill)
     return set(json.loads((folder / "attributes.json").read_text(encoding="utf-8")))
 
 

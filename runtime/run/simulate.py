@@ -10,6 +10,7 @@ import warnings
 import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from numbers import Real
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -432,7 +433,7 @@ def _named_inputs(names: Sequence[str], inputs: Mapping[str, object] | xarray.Da
     if not inputs:
         return {}
     values = {name: inputs[name] for name in names if name in inputs}
-    named = {f"u_{name}": float(v) if isinstance(v, int | float) else "given" for name, v in values.items()}
+    named = {f"u_{name}": float(v) if isinstance(v, Real) else "given" for name, v in values.items()}
     return named or {"inputs": "of a run"}
 
 

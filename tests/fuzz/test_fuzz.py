@@ -45,7 +45,7 @@ def test_campaign_files(tmp_path: Path) -> None:
 
 
 def test_commands(place: Path) -> None:
-    sound(campaign.commands(3, 150, place, campaign.in_process), "simulate 2", "batch 2")
+    sound(campaign.commands(3, 100, place, campaign.in_process), "simulate 2", "batch 2")
 
 
 @pytest.mark.soak

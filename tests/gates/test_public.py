@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import ast
 import dataclasses
 import importlib
 import inspect
@@ -10,6 +11,7 @@ import pkgutil
 import re
 from collections.abc import Callable, Iterator
 from enum import Enum
+from pathlib import Path
 from types import ModuleType
 
 import pytest
@@ -48,8 +50,11 @@ ANY_KEYWORD: dict[str, Callable[..., object]] = {
 }
 
 
+PACKAGES = (mehvar, models, codegen, runtime)
+
+
 def modules() -> Iterator[str]:
-    for package in (mehvar, models, codegen, runtime):
+    for package in PACKAGES:
         yield package.__name__
         for found in pkgutil.walk_packages(package.__path__, f"{package.__name__}."):
             if not found.name.endswith("__main__"):
@@ -87,6 +92,18 @@ def test_every_public_name_says_what_it_is(module):
     found = importlib.import_module(module)
     assert (found.__doc__ or "").strip(), module
     silent = [name for name, value in own(found) if not (inspect.getdoc(value) or "").strip()]
+    assert not silent
+
+
+def test_every_long_private_function_says_what_it_does():
+    """Of ten lines or more; name and types of a shorter one may say all."""
+    silent, files = [], [path for package in PACKAGES for path in Path(package.__path__[0]).rglob("*.py")]
+    assert len(files) > 400
+    for path in files:
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8"))):
+            private = isinstance(node, ast.FunctionDef) and re.match(r"_[^_]", node.name)
+            if private and node.end_lineno - node.lineno >= 9 and not ast.get_docstring(node):
+                silent.append(f"{path}:{node.lineno} {node.name}")
     assert not silent
 
 

@@ -68,7 +68,7 @@ def eventually(browser, script, *given):
     """Wait until a script returns a true value, and return it."""
     from selenium.webdriver.support.wait import WebDriverWait
 
-    return WebDriverWait(browser, 15, 0.1).until(lambda b: b.execute_script(f"return {script}", *given))
+    return WebDriverWait(browser, 15, 0.02).until(lambda b: b.execute_script(f"return {script}", *given))
 
 
 def show(browser, selector):

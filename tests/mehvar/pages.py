@@ -11,7 +11,7 @@ import matplotlib
 import numpy as np
 from PIL import Image
 
-from tests.mehvar.browser import eventually, prefer
+from tests.mehvar.browser import prefer
 
 WIDTHS = (1440, 768, 390)
 """Widths of a laptop, a tablet and a phone, in CSS pixels."""
@@ -22,12 +22,22 @@ _HEIGHT = 900
 _AXE = (Path(__file__).parent / "axe" / "axe.min.js").read_text(encoding="utf-8")
 _PATIENCE = 240
 """Seconds for axe-core on a large page with everything unfolded: on a machine that ten others use it took over 60."""
-_STILL = """(() => {
-  const now = performance.now(), seen = [scrollY, document.documentElement.scrollHeight].join();
-  if (window.seen !== seen) { window.seen = seen; window.since = now; }
-  return document.documentElement.dataset.ready === "yes" && now - window.since > 700;
-})()"""
-"""Script that waits until nothing moves and visible charts are built."""
+_STILL = """
+const [ready, done] = arguments, page = document.documentElement;
+const near = (image) => image.getClientRects().length && image.getBoundingClientRect().top < innerHeight;
+let before = "", frames = 0;
+const look = () => {
+  const drawn = [...document.images].every((image) => image.complete || !near(image));
+  const whole = drawn && document.fonts.status === "loaded" && (!ready || page.dataset.ready === "yes");
+  const seen = [whole, scrollY, page.scrollHeight, document.images.length, page.dataset.done].join();
+  frames = whole && seen === before ? frames + 1 : 0;
+  before = seen;
+  if (frames < 15) requestAnimationFrame(look); else done();
+};
+look();
+"""
+"""Script that ends when nothing has moved for a quarter of a second and charts, pictures and fonts are there. It counts
+frames, which come late where the machine is busy."""
 _LANDING = """(() => {
   const target = document.getElementById(arguments[0]), page = document.documentElement;
   const wanted = parseFloat(getComputedStyle(page).scrollPaddingTop) || 0;
@@ -41,9 +51,10 @@ def resize(browser, width, height=_HEIGHT):
     browser.execute_cdp_cmd("Emulation.setDeviceMetricsOverride", metrics)
 
 
-def settled(browser):
-    """Wait until the page has its scripts and nothing moves any more."""
-    eventually(browser, _STILL)
+def settled(browser, ready=True):
+    """Wait until the page is drawn and nothing moves any more; a page of the site does not say when it is `ready`."""
+    browser.set_script_timeout(_PATIENCE)
+    browser.execute_async_script(_STILL, ready)
 
 
 def misses(browser, page, anchors):

@@ -20,8 +20,8 @@ from PIL import Image
 
 from tests import commands
 from tests.mehvar import looks
-from tests.mehvar.browser import chromium, eventually, prefer
-from tests.mehvar.pages import in_approved_font, resize
+from tests.mehvar.browser import chromium, prefer
+from tests.mehvar.pages import in_approved_font, resize, settled
 
 APPROVED = Path(__file__).parent / "approved"
 SCALE, HEIGHT, LEVELS = 6, 2400, 16
@@ -32,14 +32,6 @@ planted faults a hidden heading differs by 0.002 to 0.004, hidden contents by 0.
 letters that are a sixteenth larger by 0.02 to 0.08."""
 QUICK = ("a model", "a batch", "requirements")
 """Kinds of the suite; a run looks as that of a model does. The others belong to soak."""
-STILL = """(() => {
-  const now = performance.now(), { ready, done } = document.documentElement.dataset, page = document.documentElement;
-  const seen = [scrollY, page.scrollHeight, document.images.length, done].join();
-  if (window.seen !== seen) { window.seen = seen; window.since = now; }
-  const visible = (image) => image.getClientRects().length && image.getBoundingClientRect().top < innerHeight;
-  const drawn = Array.from(document.images).every((image) => image.complete || !visible(image));
-  return document.fonts.status === "loaded" && drawn && now - window.since > 500;
-})()"""
 FAILED = re.compile(r"\\[a-z]{2,}|\bundefined\b|\bNaN\b|\[object \w+\]|\bNone\b")
 """LaTeX, and what a script or a template writes in place of a missing value."""
 
@@ -65,7 +57,7 @@ def picture(browser, page: Path, width: int, color: str) -> Image.Image:
     prefer(browser, prefers_color_scheme=color, prefers_reduced_motion="reduce")
     browser.get("about:blank")
     browser.get(page.as_uri())
-    eventually(browser, STILL)
+    settled(browser, ready=False)
     with Image.open(io.BytesIO(browser.get_screenshot_as_png())) as image:
         small = image.convert("L").resize((width // SCALE, HEIGHT // SCALE), Image.Resampling.BOX)
     return small.point(lambda grey: round(grey * (LEVELS - 1) / 255) * 255 // (LEVELS - 1))

@@ -24,6 +24,21 @@ def test_importing_stays_light(module):
     assert python(f"import sys, {module}; print([m for m in {HEAVY} if m in sys.modules])") == "[]"
 
 
+@pytest.mark.parametrize(
+    "command", ["list", "show triangle", "simulate triangle --controller path --t-end 1", "generate triangle --check"]
+)
+def test_commands_import_little(command):
+    """They need no pydantic, although typer converts values by it, and no metadata of installed packages."""
+    heavy = (
+        {*HEAVY, "importlib.metadata"} - {"typer", "rich"} - ({"importlib.metadata"} if "--check" in command else set())
+    )
+    code = (
+        f"import sys\nfrom mehvar.__main__ import main\nsys.argv = ['mehvar', *{command.split()}]\n"
+        f"try: main()\nexcept SystemExit: pass\nprint([m for m in {sorted(heavy)} if m in sys.modules])"
+    )
+    assert python(code).splitlines()[-1] == "[]"
+
+
 def test_a_batch_and_its_statistics_do_without_scipy(tmp_path):
     """Importing it takes longer than a small batch."""
     code = (

@@ -209,17 +209,17 @@ class _Scaled:
     def _old(self, item: Item, factor: Fraction) -> Values:
         versions, values = self._versions, []
         for number in range(_POINTS):
-            world = versions.equality.at(number, fixed=self._multiples(number, factor))[versions.free_old]
+            world = versions.equality.field.at(number, fixed=self._multiples(number, factor))[versions.free_old]
             values.append(world.value(versions.partner[item.key].root))
         return tuple(values)
 
     def _new(self, item: Item) -> Values:
         versions = self._versions
-        return tuple(versions.equality.point(k)[versions.free_new].value(item.root) for k in range(_POINTS))
+        return tuple(versions.equality.field[k][versions.free_new].value(item.root) for k in range(_POINTS))
 
     def _multiples(self, number: int, factor: Fraction) -> dict[str, Element]:
         versions, times = self._versions, field.number(factor)
-        world = versions.equality.point(number)[versions.free_old]
+        world = versions.equality.field[number][versions.free_old]
         return {name: field.mul(times, world.value(versions.pool.intern("sym", name))) for name in self._names}
 
 

@@ -7,9 +7,11 @@ import itertools
 from collections.abc import Callable, Iterator, Sequence
 from fractions import Fraction
 
-from ...equal.equality import EqualityTest, Worlds, inside
+from ...equal.equality import EqualityTest
 from ...equal.meaning import Expression, Meaning
-from ...equal.reals import Point, Verdict
+from ...equal.points import Worlds, differ, inside, one_exists
+from ...equal.sampler import Point
+from ...equal.verdicts import Verdict
 from ..versions import Versions
 
 CONDITIONS = frozenset(("constraint", "limit"))
@@ -62,17 +64,17 @@ class Allowed:
         count = 0
         tried: list[tuple[Point, object]] = []
         for point in self._points(verdict.point):
-            worlds = self._equality.stepped(point)  # as a name may be equal to a threshold
+            worlds = self._equality.real.stepped(point)  # as a name may be equal to a threshold
             if test(worlds):
                 count += 1
-                if self._equality.differ(worlds, old, new) or self._equality.one_exists(worlds, old, new):
+                if differ(worlds, old, new) or one_exists(worlds, old, new):
                     return Verdict(False, verdict.how, point=point)
             tried.append((point, worlds[old[0]].defined(old[1])))
         if not count:
             return verdict
         for point in self._between(tried, old):
-            worlds = self._equality.stepped(point)
-            if test(worlds) and self._equality.differ(worlds, old, new):
+            worlds = self._equality.real.stepped(point)
+            if test(worlds) and differ(worlds, old, new):
                 return Verdict(False, verdict.how, point=point)
         return Verdict(None, f"they differ, but at none of {count} points that the constraints and limits allow")
 
@@ -86,7 +88,7 @@ class Allowed:
             for _ in range(_HALVINGS if first != last else 0):
                 middle = {name: (low[name] + high[name]) / 2 for name in low.keys() & high.keys()}
                 yield middle
-                value = self._equality.stepped(middle)[side[0]].defined(side[1])
+                value = self._equality.real.stepped(middle)[side[0]].defined(side[1])
                 if value == first:
                     low = middle
                 elif value == last:

@@ -16,7 +16,9 @@ from typing import TYPE_CHECKING, Any
 
 from ...equal.branches import BRANCHING, COMPARISONS
 from ...equal.meaning import Expression, Meaning
-from ...equal.reals import Verdict, vanishes
+from ...equal.points import differ
+from ...equal.reals import vanishes
+from ...equal.verdicts import Verdict
 from ...equations.document import Document, reached
 
 if TYPE_CHECKING:
@@ -92,9 +94,9 @@ class Modes:
 
     def _unlike(self, point: Fixed, left: Expression, right: Expression) -> bool:
         """Return True if only one side is defined at a point, or if both sides have different values."""
-        world = self._equality.stepped(point)[self._free]
+        world = self._equality.real.stepped(point)[self._free]
         one, other = (world.defined(side[1]) is None for side in (left, right))
-        return one != other or self._equality.differ(self._equality.stepped(point), left, right)
+        return one != other or differ(self._equality.real.stepped(point), left, right)
 
     def _at_bounds(self, names: list[str]) -> Iterator[Fixed]:
         """Yield each finite bound that a parameter may have."""
@@ -125,7 +127,7 @@ class Modes:
 
     def _set(self, point: dict[str, Fraction], items: list[Item], meaning: Meaning) -> dict[str, Fraction]:
         """Return a point whose states have the values of starts or resets."""
-        world = self._equality.stepped(dict(point))[self._free]
+        world = self._equality.real.stepped(dict(point))[self._free]
         values = {}
         for item in items:
             value = world.defined(self._equality.written_out((meaning, item.root)))
@@ -184,7 +186,7 @@ class Modes:
     def _witness(self, old: Expression, new: Expression, fixed: Fixed, count: int) -> dict[str, Fraction] | None:
         """Return a point with given values at which two expressions differ."""
         points = ({**self._equality.sampler.point(number), **fixed} for number in range(count))
-        return next((point for point in points if self._equality.differ(self._equality.stepped(point), old, new)), None)
+        return next((point for point in points if differ(self._equality.real.stepped(point), old, new)), None)
 
     def _numbers(self, name: str, jumps: set[int], fixed: Fixed) -> set[Fraction]:
         """Return the values to try for a name that is not a mode: the thresholds in both texts."""
@@ -221,7 +223,7 @@ class Modes:
         return root if gap is not None and vanishes(gap, 0) else None
 
     def _gap(self, operands: list[Any], point: Fixed) -> Any:
-        world = self._equality.real(point)[self._free]
+        world = self._equality.real.at(point)[self._free]
         left, right = (world.defined(operand) for operand in operands)
         return None if left is None or right is None else left - right
 

@@ -10,7 +10,9 @@ from collections.abc import Sequence
 
 from ...equal.equality import EqualityTest
 from ...equal.meaning import Expression
-from ...equal.reals import DIGITS, Verdict
+from ...equal.points import differ
+from ...equal.reals import DIGITS
+from ...equal.verdicts import Verdict
 from ...equations.document import reached
 
 POINTS = 100_000
@@ -53,8 +55,8 @@ def check_in_double(
     points, seen = suspects(equality.pool, flat, equality.sampler, count, _LOOKS, _SEED)
     verdicts = {}
     for number, (old, new) in enumerate(pairs):
-        if any(equality.differ(equality.real(point), old, new) for point in points.get(number, ())):
+        if any(differ(equality.real.at(point), old, new) for point in points.get(number, ())):
             verdicts[number] = Verdict(False, f"a point of {count} in double, checked with {DIGITS} digits")
-        elif seen[number] < _FEW and equality.is_rooted(old, new):
+        elif seen[number] < _FEW and equality.field.is_rooted(old, new):
             verdicts[number] = Verdict(None, f"equal in the field, but both sides exist at {seen[number]} real points")
     return verdicts, count

@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Proofs by interval narrowing that signs of several expressions exclude each other.
+"""Proofs by interval arithmetic that expressions never have some signs.
 
-All intervals are rounded outward, so that an empty interval is a proof. Without an empty interval nothing is proved.
+All intervals are rounded outward, so that a sign outside of an expression's interval is excluded.
 """
 
 from __future__ import annotations
@@ -10,13 +10,10 @@ import math
 from collections.abc import Callable, Mapping, Sequence
 from fractions import Fraction
 
-from ...equations.document import reached
 from ..pool import Pool, fraction
 
 Interval = tuple[float, float]
 ALL: Interval = (-math.inf, math.inf)
-_ROUNDS = 8
-"""Number of rounds of narrowing. Each propagates bounds by one operation, so that it limits a proof's depth."""
 _HALF_TURN = (0.0, math.nextafter(math.pi, 4.0))
 _QUARTERS = (-math.nextafter(math.pi / 2, 2.0), math.nextafter(math.pi / 2, 2.0))
 RANGES: dict[str, Interval] = {
@@ -38,7 +35,6 @@ _RISING: dict[str, tuple[Callable[[float], float], Interval]] = {
     "asinh": (math.asinh, ALL), "acosh": (math.acosh, (1.0, math.inf)), "atanh": (math.atanh, (-1.0, 1.0)),
 }  # fmt: skip
 """Monotonic functions with their domains; all increase except one."""
-_UNDONE = {"exp": "log", "log": "exp", "sinh": "asinh", "asinh": "sinh", "atanh": "tanh"}
 _CLOSE = 4
 """Number of units in the last place by which results of library functions are rounded outward; good libraries err by
 one.
@@ -48,48 +44,96 @@ _EXACT = 4
 Bounds = Mapping[str, tuple[Fraction | None, Fraction | None]]
 
 
-class _EmptyError(Exception):
-    """An empty interval."""
-
-
-def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
-    """Return True if nodes provably cannot have these signs together within the bounds of their names.
+class Ranges:
+    """Intervals of expressions within the bounds of their names, cached.
 
     Parameters
     ----------
-    atoms : sequence of (int, int)
-        Nodes and their signs: 1, -1, or 0 for zero.
+    pool : Pool
+        Pool of the expressions.
     bounds : mapping
         Bounds of free names; None for a missing one.
     """
-    nodes = reached(pool.nodes, [node for node, _ in atoms])
-    box = dict.fromkeys(nodes, ALL)
-    try:
-        for node, sign in atoms:
-            wanted = (0.0, 0.0) if sign == 0 else (0.0, math.inf) if sign > 0 else (-math.inf, 0.0)
-            box[node] = _both(box[node], wanted)
-        for _ in range(_ROUNDS):
-            before = dict(box)
-            for node in nodes:
-                box[node] = _both(box[node], _forward(pool, node, box, bounds))
-            for node, sign in atoms:
-                if sign and box[node][0] == box[node][1] == 0.0:
-                    return True
-            for node in reversed(nodes):
-                for operand, interval in _backward(pool, node, box):
-                    box[operand] = _both(box[operand], interval)
-            if box == before:
-                return False
-    except _EmptyError:
-        return True
-    return False
+
+    def __init__(self, pool: Pool, bounds: Bounds) -> None:
+        self.pool = pool
+        self.bounds = bounds
+        self._intervals: dict[int, Interval] = {}
+
+    def __getitem__(self, root: int) -> Interval:
+        return self.pool.cached(self._intervals, root, self._of)
+
+    def exclude(self, atoms: Sequence[tuple[int, int]]) -> bool:
+        """Return True if one of some nodes provably never has its sign: 1, -1, or 0 for zero."""
+        return any(self.never_have(*atom) for atom in atoms)
+
+    def never_have(self, node: int, sign: int) -> bool:
+        """Return True if a node provably never has a sign."""
+        low, high = self[node]
+        return (low > 0 or high < 0) if sign == 0 else high <= 0 if sign > 0 else low >= 0
+
+    def _of(self, node: int) -> Interval:
+        """Return an interval of all values of a node, given those of its operands."""
+        operation, *rest = self.pool.nodes[node]
+        operands = [self._intervals[o] for o in self.pool.operands(node)]
+        if operation == "num":
+            return _exact(fraction(rest[0]))
+        if operation == "const":
+            return CONSTANTS.get(rest[0], ALL)
+        if operation == "sym":
+            low, high = self.bounds.get(rest[0], (None, None))
+            return (-math.inf if low is None else _exact(low)[0], math.inf if high is None else _exact(high)[1])
+        if operation == "add":
+            return _sum(operands)
+        if operation == "mul":
+            return _both(_product(operands), self._share(node))
+        if operation == "pow":
+            return _power(operands[0], self.pool.constant(self.pool.operands(node)[1]))
+        if operation in ("max", "min"):
+            best = max if operation == "max" else min
+            return best(low for low, _ in operands), best(high for _, high in operands)
+        if operation == "abs":
+            return _absolute(operands[0])
+        if operation in ("floor", "ceiling"):
+            return _rounded(operation, operands[0])
+        if operation == "mod":
+            return (0.0, operands[1][1]) if operands[1][0] > 0 else ALL
+        if operation in _RISING:
+            limits = RANGES.get(operation, ALL)
+            return _both(_risen(operation, operands[0]), _odd(operands[0], limits) if operation in _ODD else limits)
+        if operation in _ODD:
+            return _odd(operands[0], RANGES.get(operation, ALL))
+        if operation in RANGES:
+            return RANGES[operation]
+        if operation == "piecewise":
+            pieces = [self._intervals[self.pool.operands(pair)[0]] for pair in self.pool.operands(node)]
+            return min(low for low, _ in pieces), max(high for _, high in pieces)
+        return ALL
+
+    def _share(self, node: int) -> Interval:
+        """Return bounds on the ratio of a part of a sum to the sum, such as the component of a unit vector."""
+        factors = self.pool.operands(node)
+        for part, other in (factors, factors[::-1]) if len(factors) == 2 else ():
+            base, exponent = self._root_of(other)
+            terms = self.pool.operands(base) if self.pool.nodes[base][0] == "add" else ()
+            term = {Fraction(-1): part, Fraction(-1, 2): self.pool.power(part, Fraction(2))}.get(exponent)
+            if term in terms and all(self._intervals[k][0] >= 0 for k in terms):
+                return (0.0 if term == part else -1.0), 1.0
+        return ALL
+
+    def _root_of(self, node: int) -> tuple[int, Fraction]:
+        """Return the base and the exponent of nested powers."""
+        base, exponent = self.pool.raised(node)
+        if base == node:
+            return node, exponent
+        inner, power = self._root_of(base)
+        return inner, power * exponent
 
 
 def _both(a: Interval, b: Interval) -> Interval:
+    """Return the common part of two intervals; all numbers without one, as the expression then has no value."""
     low, high = max(a[0], b[0]), min(a[1], b[1])
-    if low > high:
-        raise _EmptyError
-    return low, high
+    return (low, high) if low <= high else ALL
 
 
 def _out(low: float, high: float) -> Interval:
@@ -107,122 +151,17 @@ def _exact(value: Fraction) -> Interval:
     return (number, number) if Fraction(number) == value else _out(number, number)
 
 
-def _forward(pool: Pool, node: int, box: Mapping[int, Interval], bounds: Bounds) -> Interval:
-    """Return an interval of all values of a node, given intervals of its operands and bounds of names."""
-    operation, *rest = pool.nodes[node]
-    operands = [box[o] for o in pool.operands(node)]
-    if operation == "num":
-        return _exact(fraction(rest[0]))
-    if operation == "const":
-        return CONSTANTS.get(rest[0], ALL)
-    if operation == "sym":
-        low, high = bounds.get(rest[0], (None, None))
-        return (-math.inf if low is None else _exact(low)[0], math.inf if high is None else _exact(high)[1])
-    if operation == "add":
-        return _sum(operands)
-    if operation == "mul":
-        return _both(_product(operands), _share(pool, node, box))
-    if operation == "pow":
-        return _power(operands[0], pool.constant(pool.operands(node)[1]))
-    if operation in ("max", "min"):
-        best = max if operation == "max" else min
-        return best(low for low, _ in operands), best(high for _, high in operands)
-    if operation == "abs":
-        return _absolute(operands[0])
-    if operation in ("floor", "ceiling"):
-        return _whole(_both(_rounded(operation, operands[0]), box[node]))
-    if operation == "mod":
-        return (0.0, operands[1][1]) if operands[1][0] > 0 else ALL
-    if operation in _RISING:
-        limits = RANGES.get(operation, ALL)
-        return _both(_risen(operation, operands[0]), _odd(operands[0], limits) if operation in _ODD else limits)
-    if operation in _ODD:
-        return _odd(operands[0], RANGES.get(operation, ALL))
-    if operation in RANGES:
-        return RANGES[operation]
-    if operation == "piecewise":
-        pieces = [box[pool.operands(pair)[0]] for pair in pool.operands(node)]
-        return min(low for low, _ in pieces), max(high for _, high in pieces)
-    return ALL
-
-
-def _share(pool: Pool, node: int, box: Mapping[int, Interval]) -> Interval:
-    """Return bounds on the ratio of a part of a sum to the sum, such as the component of a unit vector."""
-    factors = pool.operands(node)
-    for part, other in (factors, factors[::-1]) if len(factors) == 2 else ():
-        base, exponent = _root_of(pool, other)
-        terms = pool.operands(base) if pool.nodes[base][0] == "add" else ()
-        term = {Fraction(-1): part, Fraction(-1, 2): pool.intern("pow", part, pool.number(2))}.get(exponent)
-        if term in terms and all(box[k][0] >= 0 for k in terms):
-            return (0.0 if term == part else -1.0), 1.0
-    return ALL
-
-
-def _root_of(pool: Pool, node: int) -> tuple[int, Fraction]:
-    """Return the base and the exponent of a node."""
-    power = Fraction(1)
-    while pool.nodes[node][0] == "pow" and (exponent := pool.constant(pool.operands(node)[1])) is not None:
-        node, power = pool.operands(node)[0], power * exponent
-    return node, power
-
-
-def _backward(pool: Pool, node: int, box: Mapping[int, Interval]) -> list[tuple[int, Interval]]:
-    """Return the intervals of operands that follow from a node's interval."""
-    operation = pool.nodes[node][0]
-    operands = pool.operands(node)
-    low, high = box[node]
-    if operation == "add":
-        rests = (_sum([box[o] for k, o in enumerate(operands) if k != n]) for n in range(len(operands)))
-        return [(o, _sum([(low, high), (-b, -a)])) for o, (a, b) in zip(operands, rests, strict=True)]
-    if operation == "mul":
-        rests = (_product([box[o] for k, o in enumerate(operands) if k != n]) for n in range(len(operands)))
-        return [
-            (o, _product([(low, high), _inverse(rest)]))
-            for o, rest in zip(operands, rests, strict=True)
-            if rest[0] > 0 or rest[1] < 0
-        ]
-    if operation == "max":
-        return [(o, (-math.inf, high)) for o in operands]
-    if operation == "min":
-        return [(o, (low, math.inf)) for o in operands]
-    if operation == "abs":
-        return [(operands[0], (-high, high))]
-    if operation in _UNDONE:
-        return [(operands[0], _risen(_UNDONE[operation], (low, high)))]
-    if operation == "floor":
-        return [(operands[0], (low, high + 1))]
-    if operation == "ceiling":
-        return [(operands[0], (low - 1, high))]
-    if operation == "pow":
-        return _root(operands[0], pool.constant(operands[1]), low, high)
-    return []
-
-
-def _root(base: int, exponent: Fraction | None, low: float, high: float) -> list[tuple[int, Interval]]:
-    """Return the interval of a power's base if that of the power is known; empty if it narrows nothing."""
-    if exponent is None or exponent <= 0 or (high == math.inf and low <= 0):
-        return []
-    if exponent == Fraction(1, 2):
-        return [(base, (_raised(max(low, 0.0), 2)[0], _raised(high, 2)[1]))]
-    if exponent.denominator == 2:
-        return [(base, (0.0, math.inf))]
-    if exponent.denominator == 1 and exponent % 2 == 0 and high >= 0:
-        size = _out(0.0, high ** (1 / float(exponent)) * (1 + 1e-15))[1]
-        return [(base, (-size, size))]
-    return []
-
-
 def _sum(parts: Sequence[Interval]) -> Interval:
-    if any(math.isinf(v) for part in parts for v in part):
-        low = -math.inf if any(a == -math.inf for a, _ in parts) else math.fsum(a for a, _ in parts)
-        high = math.inf if any(b == math.inf for _, b in parts) else math.fsum(b for _, b in parts)
-        return _out(low, high)
-    return _total([a for a, _ in parts])[0], _total([b for _, b in parts])[1]
+    lows, highs = [a for a, _ in parts], [b for _, b in parts]
+    low = -math.inf if -math.inf in lows else _total(lows)[0]
+    return low, math.inf if math.inf in highs else _total(highs)[1]
 
 
 def _total(values: Sequence[float]) -> Interval:
     """Return a sum, rounded outward only if inexact, so that 1 - 1 is exactly zero."""
     total = math.fsum(values)
+    if not math.isfinite(total):
+        return total, total
     return (total, total) if sum(map(Fraction, values)) == Fraction(total) else _out(total, total)
 
 
@@ -262,14 +201,6 @@ def _rounded(operation: str, operand: Interval) -> Interval:
         float(function(low)) if math.isfinite(low) else low,
         float(function(high)) if math.isfinite(high) else high,
     )
-
-
-def _whole(a: Interval) -> Interval:
-    """Return the whole numbers in an interval."""
-    low, high = (float(f(v)) if math.isfinite(v) else v for f, v in zip((math.ceil, math.floor), a, strict=True))
-    if low > high:
-        raise _EmptyError
-    return low, high
 
 
 def _risen(operation: str, operand: Interval) -> Interval:

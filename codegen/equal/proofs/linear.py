@@ -6,7 +6,6 @@ Each nonlinear term is an unknown. Unknowns are eliminated exactly, one by one.
 
 from __future__ import annotations
 
-import itertools
 import math
 from collections.abc import Mapping, Sequence
 from fractions import Fraction
@@ -25,8 +24,6 @@ _MOST = 300
 """Largest number of inequalities; an elimination may square their number. Fewer prove less; more cost time without a
 proof.
 """
-_CASES = 4
-"""Largest number of cases into which maxima, minima and absolute values are split: sixteen of two cases."""
 
 
 def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> bool:
@@ -39,25 +36,19 @@ def impossible(pool: Pool, atoms: Sequence[tuple[int, int]], bounds: Bounds) -> 
     while unknown := sorted({node for form, _ in rows for node in form} - told):
         told |= {*unknown}
         rows += [row for node in unknown for row in _facts(pool, node, bounds)]
-    return _is_contradiction(rows) or _in_every_case(pool, rows, sorted(told))
+    return _is_contradiction([_at_whole_number(pool, *row) for row in rows])
 
 
-def _in_every_case(pool: Pool, rows: list[Row], nodes: Sequence[int]) -> bool:
-    """Return True if inequalities contradict each other in all cases of maxima, minima and absolute values."""
-    cased = (node for node in nodes if node != _ONE and pool.nodes[node][0] in ("max", "min", "abs"))
-    chosen = list(cased)[:_CASES]
-    equal = ([_sum([{node: Fraction(1)}, _scaled(form, Fraction(-1))]) for node, form in zip(chosen, case, strict=True)]
-             for case in itertools.product(*(_cases(pool, node) for node in chosen)))  # fmt: skip
-    return bool(chosen) and all(
-        _is_contradiction([*rows, *((_scaled(form, Fraction(s)), False) for form in forms for s in (1, -1))])
-        for forms in equal
-    )
-
-
-def _cases(pool: Pool, node: int) -> list[Form]:
-    """Return the possible cases of a node as forms."""
-    forms = [_form(pool, operand) for operand in pool.operands(node)]
-    return [*forms, _scaled(forms[0], Fraction(-1))] if pool.nodes[node][0] == "abs" else forms
+def _at_whole_number(pool: Pool, form: Form, strict: bool) -> Row:
+    """Return a bound on a whole number alone as the nearest whole number, another row as it is."""
+    unknowns = form.keys() - {_ONE}
+    node = min(unknowns, default=_ONE)
+    if len(unknowns) != 1 or pool.nodes[node][0] not in ("floor", "ceiling"):
+        return form, strict
+    factor = form[node]
+    bound = -form.get(_ONE, Fraction(0)) / abs(factor)
+    least = math.floor(bound) + 1 if strict else math.ceil(bound)
+    return {node: Fraction(1 if factor > 0 else -1), _ONE: Fraction(-least)}, False
 
 
 def _is_contradiction(fractions: Sequence[Row]) -> bool:

@@ -9,13 +9,13 @@ same signs.
 from __future__ import annotations
 
 import itertools
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from fractions import Fraction
 from math import isqrt
 
 from ..branches import Atom, difference, either, every
 from ..pool import Pool
-from .intervals import QUARTERS, Bounds, impossible
+from .intervals import QUARTERS, Bounds, Ranges
 
 _FACTORS = 4
 """Largest number of factors of a product whose signs are split: eight alternatives."""
@@ -37,7 +37,7 @@ class Signs:
 
     def __init__(self, pool: Pool, bounds: Bounds) -> None:
         self.pool = pool
-        self._bounds = bounds
+        self.ranges = Ranges(pool, bounds)
         self._memo: dict[Atom, list[tuple[Atom, ...]] | None] = {}
 
     def __call__(self, atom: Atom) -> list[tuple[Atom, ...]] | None:
@@ -45,6 +45,11 @@ class Signs:
         if atom not in self._memo:
             self._memo[atom] = self._of(*atom)
         return self._memo[atom]
+
+    def splits(self, atoms: Sequence[Atom]) -> list[tuple[Atom, ...]]:
+        """Return the alternatives that give several nodes their signs, or the given signs if there are too many."""
+        alternatives = every([self(atom) for atom in atoms])
+        return [tuple(atoms)] if alternatives is None else alternatives
 
     def parts(self, node: int) -> set[int]:
         """Return the nodes whose signs determine a node's sign."""
@@ -115,7 +120,7 @@ class Signs:
         """Return the operand at which a function has a given value; None if the value may be outside its range."""
         for quarters, beyond in zip(QUARTERS.get(operation, ()), (-1, 1), strict=False):
             end = self.pool.many("mul", [self.pool.intern("const", "pi"), self.pool.number(Fraction(quarters, 2))])
-            if not impossible(self.pool, [(difference(self.pool, value, end), beyond)], self._bounds):
+            if not self.ranges.never_have(difference(self.pool, value, end), beyond):
                 return None
         return self.pool.intern(_INVERSE[operation], value)
 
@@ -213,20 +218,8 @@ class Signs:
         return value is not None and value.denominator == 1 and value % 2 == 1
 
     def _is_positive(self, node: int) -> bool:
-        """Return True if a node's form shows that it is positive almost everywhere."""
-        operation, *operands = self.pool.nodes[node]
-        if operation == "sym":
-            low = self._bounds.get(operands[0], (None, None))[0]
-            return low is not None and low >= 0
-        if operation == "num":
-            return Fraction(operands[0]) > 0
-        if operation == "pow":
-            exponent = self.pool.constant(operands[1])
-            even = exponent is not None and (exponent.denominator % 2 == 0 or exponent % 2 == 0)
-            return even or self._is_positive(operands[0])
-        if operation in ("add", "mul"):
-            return all(map(self._is_positive, operands))
-        return operation in ("exp", "cosh", "abs", "const", "acos", "acosh")
+        """Return True if a node is provably never negative, and so does not change the sign of a product."""
+        return self.ranges.never_have(node, -1)
 
 
 def _product(signs: Sequence[int]) -> int:
@@ -236,9 +229,3 @@ def _product(signs: Sequence[int]) -> int:
 def _rational_root(value: Fraction) -> Fraction | None:
     root = Fraction(isqrt(value.numerator), isqrt(value.denominator))
     return root if root**2 == value else None
-
-
-def splits(signs: Signs, atoms: Sequence[Atom]) -> Iterator[tuple[Atom, ...]]:
-    """Yield the alternatives that give several nodes their signs, or the given signs if there are too many."""
-    alternatives = every([signs(atom) for atom in atoms])
-    yield from [tuple(atoms)] if alternatives is None else alternatives

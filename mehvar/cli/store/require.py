@@ -12,8 +12,10 @@ from mehvar.base.errors import InputError, bad_value
 from mehvar.report.verdicts import Verdicts, require
 from mehvar.runtime.batch.evaluation.requirements import checked_confidence
 from mehvar.runtime.files import check_file, checked_ending, write_atomic
-from mehvar.settings import AsJson
+from mehvar.settings import AsJson, read_settings
 from mehvar.terminal import print_json, progress
+
+_USAGE = 'NAME=REQUIREMENT, as in "pointing=quantile(0.997, PEAK) < 0.02 deg"'
 
 
 def command(
@@ -50,7 +52,7 @@ def command(
     if page is not None:
         checked_ending("page", page, [".html"], "--page")
         check_file(page)
-    requirements = _requirements(texts or ()) or None
+    requirements = _requirements(texts) or None
     if path.suffix == ".toml":
         verdicts = _run(path, requirements, confidence, rare, out, resume)
     elif rare:
@@ -69,16 +71,12 @@ def command(
     return 0 if verdicts.hold else 1
 
 
-def _requirements(texts: list[str] | tuple[str, ...]) -> dict[str, str]:
+def _requirements(texts: list[str] | None) -> dict[str, str]:
     """Return requirements by name; refuse one without a name, and a name that occurs twice."""
-    requirements: dict[str, str] = {}
-    for text in texts:
-        name, _, requirement = text.partition("=")
-        if not name.strip().isidentifier() or not requirement.strip():
-            raise bad_value("--that", text, 'NAME=REQUIREMENT, as in "pointing=quantile(0.997, PEAK) < 0.02 deg"')
-        if name.strip() in requirements:
-            raise InputError(f"--that {name.strip()} is given twice")
-        requirements[name.strip()] = requirement.strip()
+    requirements = read_settings(texts, "--that", _USAGE)
+    for name, text in requirements.items():
+        if not name.isidentifier():  # a comparison has an equals sign too
+            raise bad_value("--that", f"{name}={text}", _USAGE)
     return requirements
 
 

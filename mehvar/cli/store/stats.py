@@ -14,7 +14,7 @@ import typer
 
 from mehvar.base.errors import InputError
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, STATUS_TEXT
-from mehvar.runtime.batch.evaluation.sensitivity import KINDS, Sensitivity, sensitivities
+from mehvar.runtime.batch.evaluation.sensitivity import KINDS, sensitivities, tables
 from mehvar.runtime.batch.evaluation.statistics import NO_INTERVAL, NO_METRICS, Statistics, metric_names, summarise
 from mehvar.runtime.batch.fill import REFUSALS
 from mehvar.runtime.batch.store.store import Store, open_store
@@ -84,7 +84,9 @@ def print_statistics(store: Store, success: str | None = None) -> None:
     if not metric_names(store):
         typer.echo(f"{NO_METRICS}: below are the states at the end\n")
     _print_metrics(statistics)
-    _print_sensitivities(sensitivities(store))
+    for kind, heads, rows in tables(sensitivities(store)):
+        typer.echo(f"\n{KINDS[kind]}")
+        print_folded(heads, rows)
     _print_refusals(store, statistics)
 
 
@@ -133,19 +135,6 @@ def _extent(statistics: Statistics) -> str:
         if statistics.stored == statistics.planned
         else f"{statistics.stored} of {statistics.planned} runs"
     )
-
-
-def _print_sensitivities(items: list[Sensitivity]) -> None:
-    for kind, title in KINDS.items():
-        group = [item for item in items if item.kind == kind]
-        if not group:
-            continue
-        names = list(dict.fromkeys(name for item in group for name in item.first))
-        typer.echo(f"\n{title}")
-        print_folded(
-            ["metric", *names, "R^2" if kind == "regression" else "sum", "runs"],
-            [[item.metric, *map(item.text, names), item.explained_text, str(item.runs)] for item in group],
-        )
 
 
 def _interval(low: float, high: float) -> str:

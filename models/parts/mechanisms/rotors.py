@@ -6,7 +6,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from types import SimpleNamespace
-from typing import Annotated, TypeGuard
+from typing import Annotated, Any
 
 import sympy as sp
 
@@ -22,11 +22,13 @@ from ..values import (
     NO_BODY,
     Number,
     Parameters,
+    Value,
     Vector,
     direction,
     of_a_body,
     parameters_text,
     place,
+    plain,
     scalar,
     unit,
 )
@@ -120,12 +122,16 @@ class UnbalancedWheel(Wheel):
         """Return the hub axis along which the static imbalance points at angle zero."""
         if self.towards:
             return AXES.index(self.towards)
-        given = [0.0 if entry == 0 else abs(float(entry)) if _is_number(entry) else 1.0 for entry in self.axis]
-        return min(range(3), key=given.__getitem__)
+        sizes = [1.0 if number is None else abs(number) for number in map(_number, self.axis)]
+        return min(range(3), key=sizes.__getitem__)
 
 
-def _is_number(value: object) -> TypeGuard[float]:
-    return isinstance(value, int | float)
+def _number(entry: Any) -> float | None:
+    """Return an entry of a direction as a float; None for an expression, and for what is refused later."""
+    try:
+        return float(entry.default if isinstance(entry, Value) else entry)
+    except (TypeError, ValueError):
+        return None
 
 
 def _across(axis: sp.Matrix, towards: int) -> tuple[sp.Matrix, sp.Matrix]:
@@ -286,8 +292,8 @@ def of_no_body(part: Part, values: object, names: Sequence[str], margins: Iterab
 
 def check_across(part: Part, name: str, axis: str) -> None:
     """Refuse a direction parallel to the part's axis; symbolic directions are not checked."""
-    vectors = getattr(part, name), getattr(part, axis)
-    one, other = (sp.Matrix([float(e) for e in v if _is_number(e)]) for v in vectors)
+    vectors = plain(getattr(part, name)), plain(getattr(part, axis))
+    one, other = (sp.Matrix([x for x in map(_number, vector) if x is not None]) for vector in vectors)
     if len(one) == len(other) == 3 and one.cross(other).norm() <= _FLAT * one.norm() * other.norm():
         raise ModelError(f"{part.name}.{name} = {vectors[0]!r}: must not be along {axis} = {vectors[1]!r}")
 

@@ -14,7 +14,7 @@ from dataclasses import dataclass
 import sympy as sp
 
 from ...derivation import vector
-from ...mechanics import gradient, time_derivative
+from ...mechanics import expanded, gradient, time_derivative
 from ...parts.assembly import solve
 from ...parts.frame import Frame
 from ...system import Derivation, Expr, Group, ModelError
@@ -72,7 +72,7 @@ def collect(derivative: Expr) -> Form:
     ModelError
         If V' is not of the form (29): Omega' must appear multiplied by Omega only.
     """
-    derivative = sp.expand(derivative)
+    derivative = expanded(derivative)
     at_rest = dict.fromkeys(rate, sp.S.Zero)
     first, second, *turning = gradient(derivative, demand)
     if any(sp.expand(term.xreplace(at_rest)) is not sp.S.Zero for term in turning):

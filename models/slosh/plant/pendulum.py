@@ -13,7 +13,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ...mechanics import gradient, kirchhoff, lagrange, matrix_rate
+from ...mechanics import expanded, gradient, kirchhoff, lagrange, matrix_rate
 from ...system import Expr, ModelError
 from ..states import Pendulum, angle_quantities, angle_rate_quantities, rate, rod, velocity
 
@@ -101,10 +101,10 @@ def frame_rates() -> dict[sp.Symbol, Expr]:
 
 def galilean(left: sp.Matrix) -> sp.Matrix:
     """Expand the left sides of the equations of motion, and check that they do not contain the velocity of O."""
-    expanded = left.applyfunc(sp.expand)
-    if expanded.free_symbols.intersection(velocity):
+    terms = left.applyfunc(expanded)
+    if terms.free_symbols.intersection(velocity):
         raise ModelError("the equations of motion contain the velocity of O, so they are not Galilean")
-    return expanded
+    return terms
 
 
 def instance(pendulum: Pendulum, k: int) -> dict[sp.Symbol, Expr]:

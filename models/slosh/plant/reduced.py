@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import sympy as sp
 
-from ...mechanics import gradient
+from ...mechanics import expanded, gradient
 from ...system import Derivation, Expr
 from ..states import DEMAND, Pendulum, rate, velocity
 from .equations import ACCELERATIONS
@@ -87,11 +87,11 @@ def _shorten(expr: Expr, turned: bool = False) -> Expr:
     if turned:
         along, across = sp.symbols("W_t W_n", real=True)
         in_plane = {rate[1]: S * along + C * across, rate[2]: C * along - S * across}
-        expr = _shorten(expr.subs(in_plane, simultaneous=True))
-        return expr.subs({along: rate[1] * S + rate[2] * C, across: rate[1] * C - rate[2] * S})
+        expr = _shorten(expr.xreplace(in_plane))
+        return expr.xreplace({along: rate[1] * S + rate[2] * C, across: rate[1] * C - rate[2] * S})
     for keep, drop in ((sp.cos(theta), sp.sin(theta)), (sp.sin(phi), sp.cos(phi))):
         powers = {drop**n: (1 - keep**2) ** (n // 2) * drop ** (n % 2) for n in range(2, 7)}
-        expr = sp.expand(sp.expand(expr).xreplace(powers))
+        expr = expanded(expanded(expr).xreplace(powers))
     return expr
 
 

@@ -128,11 +128,13 @@ class _Seeker:
         return self._decided(stages, estimate(score, dimensions, size, stages, rng), confidence)
 
     def _decided(self, stages: Levels, result: Estimate, confidence: float) -> Verdict:
+        """Return the verdict by the bounds on the share of failures; undecided if the estimate has a problem."""
         requirement = self._requirement
         if result.problem:
             return Verdict(requirement, "undecided", None, f"undecided after {self._runs} runs: {result.problem}", ())
         least, most = bounds(result.shares, confidence)
-        facts = RareEvidence(self._runs, least if stages.end == 0 else 0.0, most)
+        least = least if stages.end == 0 else 0.0
+        facts = RareEvidence(self._runs, None, 1 - most, 1 - least, least, most)
         reason = f"{len(stages.levels)} levels, {REPETITIONS} repetitions; failures far from all others may be missed"
         reason += "; runs with values that are not allowed count as failures" if self._impossible else ""
         failures = self._values(result.failed)
@@ -148,6 +150,7 @@ class _Seeker:
         return scores
 
     def _piece(self, points: FloatArray) -> FloatArray:
+        """Return the scores of runs at standard normal points; a run without a number counts as a failure."""
         count, requirement = len(points), self._requirement
         values = self._blocks.compute(self._runs, count, points=_cube(points))
         assert values is not None
@@ -166,7 +169,7 @@ class _Seeker:
     def _column(self, values: Values, name: str) -> NDArray[Any]:
         """Return one number per run, by its name in conditions."""
         coordinates = self._blocks.coordinates()
-        array, place = array_of(name, lambda dimension: coordinates[dimension].values)
+        array, place = array_of(name, coordinates.__getitem__)
         return values[array] if place is None else values[array][:, place]
 
     def _values(self, points: FloatArray) -> dict[str, FloatArray]:

@@ -25,11 +25,12 @@ from ...run.problem import COMPLETE
 from ...units import read_value
 from ..blocks import IMPOSSIBLE
 from ..sampling import FloatArray
+from ..store.dataset import Batch
 from ..store.layout import STATUS
 from ..store.store import Store
 from .binomial import lower_bound
 from .conditions import Criterion, Number
-from .statistics import Success, column, design_of, notes, scalars, whole_blocks, worst
+from .statistics import Rule, Success, column, design_of, notes, scalars, whole_blocks, worst
 
 DECIDED = "decided"
 """Name of the stop rule that ends a batch as soon as all requirements are decided."""
@@ -81,11 +82,11 @@ class Requirement:
     limit: float = math.nan
     units: str = ""
 
-    def fulfilled(self, store: Store, blocks: Sequence[int]) -> NDArray[np.bool_]:
+    def fulfilled(self, store: Batch, blocks: Sequence[int]) -> NDArray[np.bool_]:
         """Return True for each stored run of some blocks that fulfils the condition; see `Success`."""
         return Success(self.condition, self.name)(store, blocks)
 
-    def badness(self, store: Store, block: int) -> FloatArray:
+    def badness(self, store: Batch, block: int) -> FloatArray:
         """Return a number for each run of a block, larger for worse runs; NaN for irrelevant ones."""
         if not self.number:
             return np.where(self.fulfilled(store, [block]), math.nan, 1.0)
@@ -118,6 +119,7 @@ def read_requirements(
 
 
 def _read(name: str, text: str, units: Mapping[str, str], notes: Mapping[str, str], origin: str) -> Requirement:
+    """Return the requirement that a text states, on a quantile or on the probability of a condition."""
     if not isinstance(text, str):
         raise bad_value(name, text, f"a text {_USAGE}", origin)
     if match := _QUANTILE.fullmatch(text):
@@ -188,10 +190,13 @@ def sequential_bound(successes: int, runs: int, confidence: float) -> float:
 
 @dataclass(frozen=True)
 class Evidence:
-    """Numbers of counted runs and of runs that fulfil the condition, with bounds of the share of all runs."""
+    """Bounds of the share of all runs that fulfil the condition, from counted runs.
+
+    `fulfilled` is None for a search, which does not count fulfilling runs.
+    """
 
     runs: int
-    fulfilled: int
+    fulfilled: int | None
     low: float
     high: float
 
@@ -208,26 +213,11 @@ class Evidence:
 
 
 @dataclass(frozen=True)
-class RareEvidence:
-    """Runs of a search for rare failures, with bounds of the share of runs that fail."""
+class RareEvidence(Evidence):
+    """Bounds of the share of runs that fail, from a search for rare failures."""
 
-    runs: int
     least: float
     most: float
-
-    @property
-    def low(self) -> float:
-        """Lower bound of the share that fulfils the condition."""
-        return 1 - self.most
-
-    @property
-    def high(self) -> float:
-        """Upper bound of the share that fulfils the condition."""
-        return 1 - self.least
-
-    @property
-    def fulfilled(self) -> None:
-        """None, because a search does not count fulfilling runs."""
 
     def answer(self, share: float) -> Answer:
         """Return the verdict of the bounds on a required share."""
@@ -235,9 +225,8 @@ class RareEvidence:
 
     def text(self, share: float) -> str:
         """Return the evidence in words, compared with a required share."""
-        return (
-            f"{self.runs} runs; of all runs between {self.least:.3g} and {self.most:.3g} fail, allowed {1 - share:.3g}"
-        )
+        between = f"{self.least:.3g} and {self.most:.3g}"
+        return f"{self.runs} runs; of all runs between {between} fail, allowed {1 - share:.3g}"
 
 
 def evidence(fulfilled: int, runs: int, confidence: float, fixed: bool) -> Evidence:
@@ -246,8 +235,8 @@ def evidence(fulfilled: int, runs: int, confidence: float, fixed: bool) -> Evide
     return Evidence(runs, fulfilled, bound(fulfilled, runs, confidence), 1 - bound(runs - fulfilled, runs, confidence))
 
 
-class DecisionRule:
-    """Stop rule that ends a batch as soon as all requirements are decided.
+class DecisionRule(Rule):
+    """Rule that ends a batch as soon as all requirements are decided.
 
     Parameters
     ----------
@@ -265,6 +254,7 @@ class DecisionRule:
     """
 
     def __init__(self, requirements: Sequence[Requirement], confidence: float, design: str) -> None:
+        super().__init__()
         if not requirements:
             raise bad_value("until", DECIDED, "left out without a requirement")
         if design != "random":
@@ -272,7 +262,7 @@ class DecisionRule:
         self._requirements, self._open = requirements, set(range(len(requirements)))
         self._needed = -math.log1p(-confidence)
 
-    def count(self, store: Store, block: int) -> tuple[int, ...]:
+    def count(self, store: Batch, block: int) -> tuple[int, ...]:
         """Return the number of runs in a block that fulfil each requirement."""
         return tuple(int(np.count_nonzero(r.fulfilled(store, [block]))) for r in self._requirements)
 
@@ -295,7 +285,7 @@ class Verdict:
         The requirement.
     answer : str
         "holds", "does not hold" or "undecided".
-    evidence : Evidence, RareEvidence or None
+    evidence : Evidence or None
         Counts and bounds; None if the runs prove nothing.
     reason : str
         Why it is undecided, or how the bounds were computed.
@@ -308,7 +298,7 @@ class Verdict:
 
     requirement: Requirement
     answer: Answer
-    evidence: Evidence | RareEvidence | None
+    evidence: Evidence | None
     reason: str
     worst: tuple[tuple[int, float], ...]
     failures: Mapping[str, FloatArray] = field(default_factory=dict)
@@ -359,6 +349,7 @@ def decide(store: Store, texts: Mapping[str, str] | None = None, confidence: flo
 def _verdict(
     store: Store, requirement: Requirement, confidence: float, fixed: bool, design: str, counted: str
 ) -> Verdict:
+    """Return the verdict on a requirement from a store; `fixed` bounds hold only for the planned number of runs."""
     if design != "random":
         reason = f"undecided for any number of runs: runs of a {design} design are not independent"
         return Verdict(requirement, "undecided", None, reason, _worst(store, requirement, None))
@@ -374,23 +365,13 @@ def _verdict(
 def _worst(store: Store, requirement: Requirement, before: int | None) -> tuple[tuple[int, float], ...]:
     """Return numbers and values of the worst runs among those that count."""
     bad = worst(store, lambda block: requirement.badness(store, block), _WORST, before)
-    return tuple((run, _badness(store, requirement, run)) for run in bad)
+    return tuple((run, value if requirement.largest or math.isinf(value) else -value) for run, value in bad)
 
 
 def _sequential(store: Store, requirement: Requirement, confidence: float) -> Evidence:
     """Return the evidence after the first decisive block or, without one, after the last block before a gap."""
-    rule, fulfilled, runs = DecisionRule([requirement], confidence, "random"), 0, 0
+    rule = DecisionRule([requirement], confidence, "random")
     for place, block in enumerate(store.stored()):
-        if block != place:
+        if block != place or rule.holds_with(store, block):
             break
-        fulfilled += rule.count(store, block)[0]
-        runs += len(store.runs(block))
-        if rule.holds([fulfilled], runs):
-            break
-    return evidence(fulfilled, runs, confidence, False)
-
-
-def _badness(store: Store, requirement: Requirement, run: int) -> float:
-    block = next(block for block in store.stored() if run in store.runs(block))
-    value = float(requirement.badness(store, block)[run - store.runs(block).start])
-    return value if requirement.largest or math.isinf(value) else -value
+    return evidence(sum(rule.counts), rule.runs, confidence, False)

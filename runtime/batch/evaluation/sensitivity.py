@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -105,6 +105,16 @@ class Sensitivity:
         return f"{self.explained:.3f}" if all(share.determined for share in self.first.values()) else "-"
 
 
+def tables(items: Sequence[Sensitivity]) -> Iterator[tuple[str, list[str], list[tuple[str, ...]]]]:
+    """Yield the kind, heads and rows of a table for each kind of sensitivity that occurs."""
+    for kind in KINDS:
+        group = [item for item in items if item.kind == kind]
+        names = list(dict.fromkeys(name for item in group for name in item.first))
+        rows = [(item.metric, *map(item.text, names), item.explained_text, str(item.runs)) for item in group]
+        if rows:
+            yield kind, ["metric", *names, "R^2" if kind == "regression" else "sum", "runs"], rows
+
+
 def sensitivities(store: Batch) -> list[Sensitivity]:
     """Return the sensitivities of all metrics that scatter.
 
@@ -138,6 +148,7 @@ def _rounding(values: FloatArray, options: Mapping[str, float]) -> float:
 
 
 def _sobol(metric: str, values: FloatArray, factors: list[tuple[str, ...]], rounding: float) -> Sensitivity | None:
+    """Return the Sobol indices of a metric over a complete design; None if the metric is constant."""
     if not np.ptp(values) > 0:
         return None
     pages = values.reshape(-1, len(factors) + 2)

@@ -72,8 +72,6 @@ class Estimate:
     ----------
     shares : array
         Estimated probability of reaching the last level, one per repetition.
-    runs : int
-        Number of computed scores.
     failed : array
         Failing points, worst first.
     problem : str
@@ -81,7 +79,6 @@ class Estimate:
     """
 
     shares: FloatArray
-    runs: int
     failed: FloatArray
     problem: str = ""
 
@@ -91,24 +88,20 @@ def pilot(score: Score, dimensions: int, n: int, least: float, rng: np.random.Ge
     cloud = _first(score, dimensions, n, 1, rng)
     levels: list[float] = []
     widths: list[float] = []
-    width = _SHARE * 5
-    while (level := _level(cloud.scores)) < 0:
+    width, end, problem = _SHARE * 5, 0.0, ""
+    while not problem and (level := _level(cloud.scores)) < 0:
         if _SHARE ** (len(levels) + 1) < least / _BEYOND:
-            return Levels(tuple(levels), tuple(widths), level)
+            end = level
+            break
         if level in levels or level >= cloud.scores.max():
-            return Levels(
-                tuple(levels),
-                tuple(widths),
-                0.0,
-                f"many runs have the same number, {level:.6g} from the limit",
-            )
+            problem = f"many runs have the same number, {level:.6g} from the limit"
+            break
         levels.append(level)
         widths.append(width)
         cloud, accepted = _spread(score, cloud.where(cloud.scores > level), n, level, width, rng)
-        if accepted < _STUCK:
-            return Levels(tuple(levels), tuple(widths), 0.0, _stuck(accepted))
+        problem = _stuck(accepted)
         width = float(np.clip(width * np.exp(accepted - _ACCEPTED), 0.05, 1.0))
-    return Levels(tuple(levels), tuple(widths), 0.0)
+    return Levels(tuple(levels), tuple(widths), end, problem)
 
 
 def most_levels(least: float) -> int:
@@ -124,18 +117,17 @@ def _level(scores: FloatArray) -> float:
 
 def estimate(score: Score, dimensions: int, n: int, stages: Levels, rng: np.random.Generator) -> Estimate:
     """Return the probability of a failure from repetitions with n points."""
-    cloud, runs, problem = _first(score, dimensions, n, REPETITIONS, rng), n * REPETITIONS, ""
+    cloud, problem = _first(score, dimensions, n, REPETITIONS, rng), ""
     shares = np.ones(REPETITIONS)
     for level, width in zip(stages.levels, stages.widths, strict=True):
         above = cloud.where(cloud.scores > level)
         shares *= np.bincount(above.group, minlength=REPETITIONS) / n
         cloud, accepted = _spread(score, above, n, level, width, rng)
-        runs += len(cloud.group)
-        problem = problem or (_stuck(accepted) if accepted < _STUCK else "")
+        problem = problem or _stuck(accepted)
     shares *= np.bincount(cloud.group[cloud.scores >= stages.end], minlength=REPETITIONS) / n
     order = np.argsort(-cloud.scores, kind="stable")
     failed = cloud.points[order[: int(np.count_nonzero(cloud.scores >= 0))]]
-    return Estimate(shares, runs, failed, problem or _disagreement(shares))
+    return Estimate(shares, failed, problem or _disagreement(shares))
 
 
 def bounds(shares: FloatArray, confidence: float) -> tuple[float, float]:
@@ -197,6 +189,9 @@ def _lengths(group: NDArray[np.intp], n: int, rng: np.random.Generator) -> NDArr
 
 
 def _stuck(accepted: float) -> str:
+    """Return the reason why a search makes no progress; empty if it does."""
+    if accepted >= _STUCK:
+        return ""
     return f"the search accepts only {accepted:.1%} of its steps: noise may matter more than the varied values"
 
 

@@ -9,6 +9,7 @@ from __future__ import annotations
 import json
 import math
 import re
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -75,8 +76,43 @@ class Success:
             self._criterion.check(units, notes)
 
 
-class StopRule:
-    """Condition on the runs so far that ends a batch.
+class Rule(ABC):
+    """Condition on consecutive runs from 0 that ends a batch.
+
+    Attributes
+    ----------
+    runs : int
+        Number of these runs so far.
+    counts : tuple of int
+        Sums of the counts of their blocks.
+    """
+
+    def __init__(self) -> None:
+        self.runs, self.counts = 0, tuple[int, ...]()
+        self._next, self._by_block = 0, dict[int, tuple[int, ...]]()
+
+    @abstractmethod
+    def count(self, store: Batch, block: int) -> tuple[int, ...]:
+        """Return the counts of a stored block."""
+
+    @abstractmethod
+    def holds(self, counts: Sequence[int], runs: int) -> bool:
+        """Return True if the sums over the first runs suffice; each call adds runs."""
+
+    def holds_with(self, store: Batch, block: int) -> bool:
+        """Count a stored block, in any order of blocks; return True if the rule holds for the runs up to `runs`."""
+        self._by_block[block] = self.count(store, block)
+        while (counts := self._by_block.pop(self._next, None)) is not None:
+            self.runs += len(store.runs(self._next))
+            self.counts = tuple(map(sum, zip(self.counts or (0,) * len(counts), counts, strict=True)))
+            self._next += 1
+            if self.holds(self.counts, self.runs):
+                return True
+        return False
+
+
+class StopRule(Rule):
+    """Rule on the interval of the success probability.
 
     Parameters
     ----------
@@ -84,7 +120,6 @@ class StopRule:
         Rule such as "ci(success) < 0.01", on the full width of the exact 95 % interval of the success probability.
     design : str
         Design of the runs, as of `design_of`. Only independent points and the Sobol sequence can end early.
-
     success : Success, optional
         Definition of success; default: reaching the end.
 
@@ -95,6 +130,7 @@ class StopRule:
     """
 
     def __init__(self, text: str, design: str, success: Success | None = None) -> None:
+        super().__init__()
         match = _RULE.match(text)
         try:
             self._width = float(match.group(1)) if match else 0.0
@@ -106,7 +142,6 @@ class StopRule:
             raise InputError(f"until = {text!r} needs random draws: values(...) lists are not random")
         if design not in OPEN_DESIGNS:
             raise InputError(f"until = {text!r} needs sampling {either(OPEN_DESIGNS)}: {design} needs all n runs")
-
         self._success = success or Success(None)
 
     def count(self, store: Batch, block: int) -> tuple[int, ...]:
@@ -139,9 +174,7 @@ def notes(store: Batch) -> dict[str, str]:
 
 def scalars(store: Batch) -> dict[str, str]:
     """Return the unit of every name in conditions; each is one number per run."""
-    attributes = store.array_attributes().get("variable", {})
-    wide = dict(zip(store.coordinate("variable"), attributes["units"], strict=True)) if "units" in attributes else {}
-    return number_units(store.variables().values(), store.coordinate, wide)
+    return number_units(store.variables().values(), store.coordinate)
 
 
 def column(store: Batch, name: str, blocks: Sequence[int] | None = None) -> FloatArray:
@@ -271,7 +304,8 @@ def whole_blocks(store: Store) -> tuple[Sequence[int], str | None]:
 
 def _endings(store: Batch, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
     """Return the numbers of runs that each event ended, in total and at their start, failures first."""
-    ends = store.array_attributes().get("event", {}).get("ends", ())
+    events = store.coordinate("event")
+    ends = events.attributes.get("ends", ())
     if not any(ends):
         return {}
     happened, begins = store.read("events", blocks) > 0, store.read("t_stop", blocks) == 0
@@ -280,8 +314,7 @@ def _endings(store: Batch, blocks: Sequence[int]) -> dict[str, tuple[int, int]]:
         ended = happened[:, k] & left
         left &= ~ended
         counts[k] = int(np.count_nonzero(ended)), int(np.count_nonzero(ended & begins))
-    names = store.coordinate("event")
-    return {str(names[k]): counts[k] for k in sorted(counts) if counts[k][0]}
+    return {str(events.values[k]): counts[k] for k in sorted(counts) if counts[k][0]}
 
 
 NO_METRICS = "the model declares no metrics (in scenarios.toml, or System(metrics=...))"
@@ -295,7 +328,7 @@ def metric_names(store: Batch) -> list[str]:
 
 def summary_names(store: Batch) -> list[str]:
     """Return the names of the metrics; for a model without metrics, of the final states."""
-    return metric_names(store) or [f"final({state})" for state in store.coordinate("state")]
+    return metric_names(store) or [f"final({state})" for state in store.coordinate("state").values]
 
 
 def drawn_names(store: Batch) -> list[str]:
@@ -304,8 +337,10 @@ def drawn_names(store: Batch) -> list[str]:
     return names
 
 
-def worst(store: Batch, values: Callable[[int], FloatArray], most: int, before: int | None = None) -> list[int]:
-    """Return the runs with the largest values, largest first; runs without a value are omitted.
+def worst(
+    store: Batch, values: Callable[[int], FloatArray], most: int, before: int | None = None
+) -> list[tuple[int, float]]:
+    """Return the runs with the largest values and these, largest first; runs without a value are omitted.
 
     Parameters
     ----------
@@ -323,7 +358,7 @@ def worst(store: Batch, values: Callable[[int], FloatArray], most: int, before: 
         order = places[np.argsort(-numbers[places], kind="stable")[:most]]
         first = store.runs(block).start
         best = sorted([*best, *((-float(numbers[i]), first + int(i)) for i in order)])[:most]
-    return [run for _, run in best]
+    return [(run, -value) for value, run in best]
 
 
 def bands(store: Batch, name: str, quantiles: Sequence[float]) -> FloatArray:
@@ -387,25 +422,19 @@ def _unwrapped(values: FloatArray, before: FloatArray | None) -> FloatArray:
 
 def metric_statistics(store: Batch, name: str, blocks: Sequence[int], design: str) -> MetricStatistics:
     """Return the statistics of one number per run over some blocks, by a name of `scalars`."""
-    attributes = number_attributes(store, name)
-    finite, total, squares, centre = 0, 0.0, 0.0, 0.0
-    smallest, largest = (-1, math.nan), (-1, math.nan)
-    for block in blocks:
-        values, first = column(store, name, [block]), store.runs(block).start
-        numbers = values[np.isfinite(values)]
-        centre = float(numbers[0]) if numbers.size and not finite else centre
-        finite += numbers.size
-        total += float(np.sum(numbers - centre))
-        squares += float(np.sum((numbers - centre) ** 2))
-        for run, value in _ends(values):
-            if not smallest[1] <= value:
-                smallest = (first + run, value)
-            if not largest[1] >= value:
-                largest = (first + run, value)
-    quantiles, intervals = _quantiles(column(store, name, blocks))
+    attributes, values = number_attributes(store, name), column(store, name, blocks)
+    runs = np.concatenate([store.runs(block) for block in blocks])
+    ends = np.cumsum([len(store.runs(block)) for block in blocks])
+    parts = [part[np.isfinite(part)] for part in np.split(values, ends[:-1])]
+    finite, centre = sum(part.size for part in parts), next((float(part[0]) for part in parts if part.size), 0.0)
+    # block by block, so that the sums do not depend on how blocks are read
+    total = sum(float(np.sum(part - centre)) for part in parts)
+    squares = sum(float(np.sum((part - centre) ** 2)) for part in parts)
+    variance = (squares - total**2 / finite) / (finite - 1) if finite > 1 else math.nan
+    smallest, largest = (_end(runs, values, find) for find in (np.argmin, np.argmax))
+    quantiles, intervals = _quantiles(values)
     if design in NO_INTERVAL:
         intervals = dict.fromkeys(QUANTILES, (math.nan, math.nan))
-    variance = (squares - total**2 / finite) / (finite - 1) if finite > 1 else math.nan
     return MetricStatistics(
         name=name,
         unit=attributes["units"],
@@ -428,13 +457,13 @@ def number_attributes(store: Batch, name: str) -> Mapping[str, Any]:
     return {"units": scalars(store)[name], "long_name": "where the run ended" if name.startswith("final(") else name}
 
 
-def _ends(values: FloatArray) -> list[tuple[int, float]]:
-    """Return index and value of the smallest and the largest number; empty without numbers."""
+def _end(runs: NDArray[np.int_], values: FloatArray, find: Callable[[FloatArray], np.intp]) -> tuple[int, float]:
+    """Return run and value of the smallest or the largest number; run -1 without numbers."""
     places = np.flatnonzero(~np.isnan(values))
     if not places.size:
-        return []
-    ends = (places[np.argmin(values[places])], places[np.argmax(values[places])])
-    return [(int(place), float(values[place])) for place in ends]
+        return -1, math.nan
+    place = places[find(values[places])]
+    return int(runs[place]), float(values[place])
 
 
 def _quantiles(values: FloatArray) -> tuple[dict[float, float], dict[float, tuple[float, float]]]:

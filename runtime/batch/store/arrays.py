@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Reader and writer of a store's arrays in Zarr's format, version 3.
+"""Arrays of a store in Zarr's format, version 3: metadata, and chunks as bytes.
 
 The library zarr reads these files too, but its import takes longer than a small batch.
 """
@@ -8,29 +8,25 @@ from __future__ import annotations
 
 import json
 import math
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from typing import Any, Protocol
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
+Read = Callable[[str], "bytes | None"]
+"""Function that returns a file of a store by its name; None if it is absent."""
+
 ROOT = "zarr.json"
 """File name of the metadata of a group or an array."""
+STATUS = "status"
+"""Variable with how each run ended."""
+NOT_RUN = 255
+"""Status of a run that is not stored."""
 _TEXT = "string"
-_NUMBERS = ("float64", "int64", "int8", "uint8")
-_OWN = ("shape", "chunk_grid", "chunk_key_encoding", "fill_value", "codecs", "node_type", "zarr_format")
-"""Metadata about the storage of an array."""
-
-
-class Files(Protocol):
-    """Files of a store by their names."""
-
-    def read(self, name: str) -> bytes | None:
-        """Return a file; None if it is absent."""
-
-    def write(self, name: str, content: bytes) -> None:
-        """Write a file."""
+_FILLS: Mapping[str, float | str] = {"float64": "NaN", "int64": 0, "int8": 0, "uint8": NOT_RUN, _TEXT: ""}
+"""Value of missing chunks, as in JSON, by Zarr's name of a type."""
 
 
 @dataclass(frozen=True)
@@ -41,25 +37,27 @@ class Array:
     ----------
     name : str
         Its folder.
-    shape, chunk : tuple of int
-        Size of the array and of a chunk.
     dtype : str
         Zarr's name of the type.
     dimensions : tuple of str
-        Names of the dimensions.
+        Names of the dimensions; the first of a variable is "run".
+    shape, chunk : tuple of int
+        Size of the array and of a chunk.
     attributes : mapping
         Unit, description and the like.
-    fill : int or str
-        Value of missing chunks, as in JSON.
     """
 
     name: str
-    shape: tuple[int, ...]
-    chunk: tuple[int, ...]
     dtype: str
     dimensions: tuple[str, ...]
+    shape: tuple[int, ...]
+    chunk: tuple[int, ...]
     attributes: Mapping[str, Any]
-    fill: int | str
+
+    @property
+    def of_runs(self) -> bool:
+        """True for a variable with one row per run, False for a coordinate."""
+        return self.dimensions[0] == "run"
 
     def metadata(self) -> dict[str, Any]:
         """Return the array's metadata."""
@@ -68,7 +66,7 @@ class Array:
             "data_type": self.dtype,
             "chunk_grid": {"name": "regular", "configuration": {"chunk_shape": list(self.chunk)}},
             "chunk_key_encoding": {"name": "default", "configuration": {"separator": "/"}},
-            "fill_value": self.fill,
+            "fill_value": _FILLS[self.dtype],
             "codecs": self._codecs(),
             "attributes": dict(self.attributes),
             "dimension_names": list(self.dimensions),
@@ -77,34 +75,27 @@ class Array:
             "storage_transformers": [],
         }
 
-    def block(self, files: Files, block: int, columns: slice = slice(None)) -> NDArray[Any]:
+    def block(self, read: Read, block: int, columns: slice = slice(None)) -> NDArray[Any]:
         """Return the rows of a block, and some of their columns."""
         rows = min(self.shape[0] - block * self.chunk[0], self.chunk[0])
         if len(self.shape) == 1:
-            return self._piece(files, (block,))[:rows]
+            return self._decoded(read(self._key(block)))[:rows]
         first, last, _ = columns.indices(self.shape[1])
         start, stop = first // self.chunk[1], -(-last // self.chunk[1])
-        pieces = [self._piece(files, (block, k)) for k in range(start, stop)]
+        pieces = [self._decoded(read(self._key(block, k))) for k in range(start, stop)]
         skipped = start * self.chunk[1]
         return np.concatenate(pieces, axis=1)[:rows, first - skipped : last - skipped]
 
-    def write(self, files: Files, block: int, values: NDArray[Any]) -> None:
-        """Write the rows of a block."""
+    def files(self, block: int, values: NDArray[Any]) -> Iterator[tuple[str, bytes]]:
+        """Yield names and contents of the files of a block."""
         if len(self.shape) == 1:
-            files.write(self._key((block,)), self._encoded(values))
+            yield self._key(block), self._encoded(values)
             return
         for k, first in enumerate(range(0, self.shape[1], self.chunk[1])):
-            files.write(self._key((block, k)), self._encoded(values[:, first : first + self.chunk[1]]))
+            yield self._key(block, k), self._encoded(values[:, first : first + self.chunk[1]])
 
-    def _piece(self, files: Files, place: tuple[int, ...]) -> NDArray[Any]:
-        content = files.read(self._key(place))
-        return self._empty() if content is None else self._decoded(content)
-
-    def _key(self, place: tuple[int, ...]) -> str:
+    def _key(self, *place: int) -> str:
         return "/".join((self.name, "c", *map(str, place)))
-
-    def _empty(self) -> NDArray[Any]:
-        return np.full(self.chunk, math.nan if self.fill == "NaN" else self.fill, dtype=self._type())
 
     def _type(self) -> np.dtype[Any]:
         return np.dtype(object) if self.dtype == _TEXT else np.dtype(self.dtype).newbyteorder("<")
@@ -115,13 +106,14 @@ class Array:
         wide = np.dtype(self.dtype).itemsize > 1  # single bytes have no order
         numbers = {"name": "bytes", **({"configuration": {"endian": "little"}} if wide else {})}
         compressed = {"name": "zstd", "configuration": {"level": 1, "checksum": True}}
-        return [numbers, compressed] if self._compressed else [numbers]
+        return [numbers, compressed] if self.of_runs else [numbers]
 
-    @property
-    def _compressed(self) -> bool:
-        return self.dimensions[0] == "run"
+    def _empty(self) -> NDArray[Any]:
+        fill = _FILLS[self.dtype]
+        return np.full(self.chunk, math.nan if fill == "NaN" else fill, dtype=self._type())
 
     def _encoded(self, values: NDArray[Any]) -> bytes:
+        """Return the bytes of a chunk; the last one is filled up to the size of the others."""
         from numcodecs import VLenUTF8, Zstd
 
         if values.shape != self.chunk:  # at the end of the array
@@ -131,38 +123,19 @@ class Array:
         if self.dtype == _TEXT:
             return bytes(VLenUTF8().encode(values))
         content = values.astype(self._type()).tobytes()
-        return bytes(Zstd(level=1, checksum=True).encode(content)) if self._compressed else content
+        return bytes(Zstd(level=1, checksum=True).encode(content)) if self.of_runs else content
 
-    def _decoded(self, content: bytes) -> NDArray[Any]:
+    def _decoded(self, content: bytes | None) -> NDArray[Any]:
+        """Return the values of a chunk; a missing one has the fill value."""
         from numcodecs import VLenUTF8, Zstd
 
+        if content is None:
+            return self._empty()
         if self.dtype == _TEXT:
             texts: NDArray[Any] = VLenUTF8().decode(content)
             return texts.reshape(self.chunk)
-        plain = Zstd().decode(content) if self._compressed else content
+        plain = Zstd().decode(content) if self.of_runs else content
         return np.frombuffer(plain, dtype=self._type()).reshape(self.chunk)
-
-
-def read_array(files: Files, name: str) -> Array:
-    """Return an array of a store by its metadata.
-
-    Raises
-    ------
-    ValueError
-        If they are missing or describe another format.
-    """
-    content = files.read(f"{name}/{ROOT}")
-    if content is None:
-        raise ValueError(f"the array {name!r} is missing")
-    facts = json.loads(content)
-    dtype, chunk = facts["data_type"], facts["chunk_grid"]["configuration"]["chunk_shape"]
-    sizes, names = (facts["shape"], chunk), tuple(facts["dimension_names"])
-    known = dtype in (_TEXT, *_NUMBERS) and all(type(k) is int and k > 0 for size in sizes for k in size)
-    if known and 0 < len(names) == len(sizes[0]) == len(sizes[1]) < 3:
-        array = Array(name, tuple(sizes[0]), tuple(chunk), dtype, names, facts["attributes"], facts["fill_value"])
-        if all(facts[key] == value for key, value in array.metadata().items() if key in _OWN):
-            return array
-    raise ValueError(f"{name} is stored in a format that mehvar does not write")
 
 
 def group_metadata(attributes: Mapping[str, Any], arrays: Mapping[str, Array]) -> dict[str, Any]:
@@ -174,6 +147,34 @@ def group_metadata(attributes: Mapping[str, Any], arrays: Mapping[str, Array]) -
         "consolidated_metadata": {"kind": "inline", "must_understand": False, "metadata": listed},
         "node_type": "group",
     }
+
+
+def read_group(content: bytes | None) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Return the attributes and arrays of a group from its metadata.
+
+    Raises
+    ------
+    ValueError, LookupError, TypeError or RecursionError
+        If it is missing, or not what `group_metadata` returns for some arrays.
+    """
+    if content is None:
+        raise ValueError(f"it has no {ROOT}")
+    facts = json.loads(content)
+    listed: dict[str, Any] = facts["consolidated_metadata"]["metadata"]
+    arrays = {name: _array(name, metadata) for name, metadata in listed.items()}
+    attributes: dict[str, Any] = facts["attributes"]
+    if facts != group_metadata(attributes, arrays):
+        raise ValueError("its arrays are stored in a format that mehvar does not write")
+    return attributes, arrays
+
+
+def _array(name: str, facts: Mapping[str, Any]) -> Array:
+    chunk = facts["chunk_grid"]["configuration"]["chunk_shape"]
+    dimensions, shape = tuple(facts["dimension_names"]), tuple(facts["shape"])
+    known = facts["data_type"] in _FILLS and all(type(size) is int and size > 0 for size in (*shape, *chunk))
+    if not (known and 0 < len(dimensions) == len(shape) == len(chunk) < 3):
+        raise ValueError(f"{name} is stored in a format that mehvar does not write")
+    return Array(name, facts["data_type"], dimensions, shape, tuple(chunk), facts["attributes"])
 
 
 def text(metadata: Mapping[str, Any]) -> bytes:

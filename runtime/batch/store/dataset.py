@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 import numpy as np
 
-from .layout import NOT_RUN, STATUS, Variable
+from .layout import NOT_RUN, STATUS, Coordinate, Runs, Variable
 
 if TYPE_CHECKING:
     import xarray
@@ -20,8 +20,8 @@ Batch: TypeAlias = "Store | DatasetBatch"
 """Recorded runs of a batch."""
 
 
-class DatasetBatch:
-    """A batch's dataset with the interface of a store.
+class DatasetBatch(Runs):
+    """Runs of a batch in its dataset.
 
     Parameters
     ----------
@@ -34,7 +34,7 @@ class DatasetBatch:
     name = "this batch"
 
     def __init__(self, dataset: xarray.Dataset, chunk: int = 1) -> None:
-        self._dataset, self.chunk = dataset, chunk
+        self._dataset, self.chunk, self.n = dataset, chunk, dataset.sizes["run"]
         self.attributes: dict[str, Any] = dict(dataset.attrs)
 
     @property
@@ -43,26 +43,9 @@ class DatasetBatch:
         chunks: Mapping[str, int] = self._dataset[STATUS].encoding.get("preferred_chunks", {})
         return min(chunks.get("run", self.n), self.n)
 
-    @property
-    def n(self) -> int:
-        """Number of runs, stored or not."""
-        return self._dataset.sizes["run"]
-
-    def blocks(self) -> int:
-        """Return the number of blocks, stored or not."""
-        return -(-self.n // self.chunk)
-
     def has(self, block: int) -> bool:
         """Return True if a run of a block is stored."""
         return bool((self.read(STATUS, [block]) != NOT_RUN).any())
-
-    def stored(self) -> list[int]:
-        """Return the blocks that are stored."""
-        return [block for block in range(self.blocks()) if self.has(block)]
-
-    def runs(self, block: int) -> range:
-        """Return the run numbers of a block."""
-        return range(block * self.chunk, min((block + 1) * self.chunk, self.n))
 
     def read(self, name: str, blocks: Sequence[int] | None = None) -> NDArray[Any]:
         """Return a variable of the runs of some blocks; default: of all."""
@@ -71,10 +54,6 @@ class DatasetBatch:
     def series(self, name: str, first: int, last: int, blocks: Sequence[int]) -> NDArray[np.float64]:
         """Return samples first ... last - 1 of a stored series, shape (runs, samples)."""
         return np.array(self._of(name, blocks)[:, first:last])
-
-    def _of(self, name: str, blocks: Sequence[int] | None) -> xarray.DataArray:
-        values = self._dataset[name]
-        return values if blocks is None else values[[run for block in blocks for run in self.runs(block)]]
 
     def variables(self) -> Mapping[str, Variable]:
         """Return the variables by name."""
@@ -85,10 +64,12 @@ class DatasetBatch:
             for name, values in self._dataset.data_vars.items()
         }
 
-    def coordinate(self, name: str) -> NDArray[Any]:
-        """Return a variable without the run dimension."""
-        return np.array(self._dataset[name])
+    def coordinate(self, name: str) -> Coordinate:
+        """Return the coordinate of a second dimension, empty if the batch has none."""
+        if name not in self._dataset.variables:
+            return Coordinate([])
+        return Coordinate(np.array(self._dataset[name]), self._dataset[name].attrs)
 
-    def array_attributes(self) -> Mapping[str, Mapping[str, Any]]:
-        """Return the attributes of each variable and coordinate."""
-        return {str(name): values.attrs for name, values in self._dataset.variables.items()}
+    def _of(self, name: str, blocks: Sequence[int] | None) -> xarray.DataArray:
+        values = self._dataset[name]
+        return values if blocks is None else values[[run for block in blocks for run in self.runs(block)]]

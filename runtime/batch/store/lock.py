@@ -91,6 +91,7 @@ def is_abandoned(folder: Path) -> bool:
 
 
 def _locked(place: Path, name: str) -> int:
+    """Return the handle of the locked file; the name that was locked must still be that of the file."""
     clear_path(place.parent, place.name)
     while True:
         handle = os.open(place, os.O_RDWR | os.O_CREAT | os.O_APPEND | _PLAIN, 0o666)

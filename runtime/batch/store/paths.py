@@ -5,14 +5,13 @@ from __future__ import annotations
 
 import os
 import shutil
-import stat
 from collections.abc import Iterator
 from pathlib import Path, PurePosixPath
 
 
 def special_files(folder: Path) -> dict[str, str]:
     """Return the paths of links, pipes and devices below a folder, with their kinds."""
-    return {name: what for name, entry in entries(folder) if (what := _kind_of(entry))}
+    return {name: what for name, entry in entries(folder) if (what := _kind(entry))}
 
 
 def entries(folder: Path, above: str = "") -> Iterator[tuple[str, os.DirEntry[str]]]:
@@ -29,35 +28,17 @@ def entries(folder: Path, above: str = "") -> Iterator[tuple[str, os.DirEntry[st
             yield from entries(folder, f"{above}{entry.name}/")
 
 
-def _kind_of(entry: os.DirEntry[str]) -> str:
+def _kind(place: Path | os.DirEntry[str]) -> str:
     """Return the kind of a path that is neither file nor folder."""
-    if entry.is_symlink():
+    if place.is_symlink():
         return "a link"
-    plain = entry.is_file(follow_symlinks=False) or entry.is_dir(follow_symlinks=False)
-    return "" if plain else "a pipe or a device"
+    return "" if place.is_file() or place.is_dir() else "a pipe or a device"
 
 
 def is_plain(folder: Path, name: str) -> bool:
     """Return True for a plain file whose folders are not links."""
     places = [folder / name, *(folder / above for above in PurePosixPath(name).parents if above.name)]
     return (folder / name).is_file() and not any(place.is_symlink() for place in places)
-
-
-def _kind(path: Path) -> str:
-    """Return the kind of a path that is neither file nor folder; empty if it has disappeared."""
-    try:
-        mode = path.lstat().st_mode
-    except FileNotFoundError:
-        return ""
-    if stat.S_ISLNK(mode):
-        return "a link"
-    return "" if stat.S_ISREG(mode) or stat.S_ISDIR(mode) else "a pipe or a device"
-
-
-def remove_special_files(folder: Path) -> None:
-    """Remove links (not their targets), pipes and devices."""
-    for name in special_files(folder):
-        (folder / name).unlink()
 
 
 def clear_path(folder: Path, name: str) -> None:
@@ -69,7 +50,9 @@ def clear_path(folder: Path, name: str) -> None:
         if place.is_symlink() or (place.exists() and not place.is_dir()):
             place.unlink()
     target = folder / name
-    if target.is_dir() and not target.is_symlink():
-        shutil.rmtree(target)
-    elif _kind(target):
+    if not os.path.lexists(target):
+        return
+    if _kind(target):
         target.unlink()
+    elif target.is_dir():
+        shutil.rmtree(target)

@@ -12,7 +12,7 @@ import json
 import os
 import re
 import secrets
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -58,21 +58,16 @@ class Record:
         return _text({**facts, _SELF: digest(_text(facts))})
 
 
-@dataclass(frozen=True)
-class WrongRecord:
-    """A record that is invalid at its path, with the reason `what`, such as "of another batch"."""
+class Records:
+    """Records of a store, each checked to belong to the batch.
 
-    what: str
-
-
-class Proof:
-    """Reader of a store's records, which checks that each belongs to the batch.
+    An invalid record is a text with the reason, such as "of another batch".
 
     Attributes
     ----------
     store : Record or None
         Record of the store; None if no intact one exists.
-    end : Record, Stray or None
+    end : Record, str or None
         Record of the end; None if the batch has not ended.
     """
 
@@ -82,35 +77,39 @@ class Proof:
         self.end = self._read(END)
         self._seals = dict(self.end.digests) if isinstance(self.end, Record) else {}
 
-    def block(self, block: int) -> Record | WrongRecord | None:
+    def block(self, block: int) -> Record | str | None:
         """Return the record of a block; None if the block is not stored."""
         name = block_record(block)
         record = self._read(name)
         if record is None:
-            return WrongRecord("missing") if name in self._seals else None
-        if isinstance(record, WrongRecord):
+            return "missing" if name in self._seals else None
+        if isinstance(record, str):
             return record
         if record.about.get("block") != block:
-            return WrongRecord("of another block")
+            return "of another block"
         if name in self._seals and self._seals[name] != digest(record.content()):
-            return WrongRecord("not the record that the end of the batch lists")
+            return "not the record that the end of the batch lists"
         return record
 
-    def unseal(self, block: int) -> None:
-        """Accept a block's record although the end record has the digest of an older one."""
-        self._seals.pop(block_record(block), None)
+    def remove(self, block: int) -> None:
+        """Remove a block's record, also for the end record, which has its digest."""
+        name = block_record(block)
+        self._seals.pop(name, None)
+        clear_path(self.folder, name)
+        (self.folder / name).unlink(missing_ok=True)
 
-    def _read(self, name: str) -> Record | WrongRecord | None:
+    def intact(self) -> Iterator[Record]:
+        """Yield the intact records, of this batch or another."""
+        records = map(read_record, (self.folder / FOLDER).glob("*.json"))
+        return (record for record in records if record is not None)
+
+    def _read(self, name: str) -> Record | str | None:
         place = self.folder / name
-        if not place.exists() and not place.is_symlink():
-            return None
         record = read_record(place)
         if record is None:
-            return (
-                WrongRecord("changed") if place.exists() or place.is_symlink() else None
-            )  # a writer may have removed it
+            return "changed" if place.exists() or place.is_symlink() else None
         if self.store is not None and any(record.about[key] != self.store.about[key] for key in ("batch", "chunk")):
-            return WrongRecord("of another batch")
+            return "of another batch"
         return record
 
 
@@ -208,6 +207,13 @@ def write_file(path: Path, content: bytes, forced: bool = False) -> None:
 def leftovers(folder: Path) -> list[Path]:
     """Return the unfinished files of killed processes."""
     return [path for path in folder.rglob(f"*{_PARTIAL}") if _LEFTOVER.fullmatch(path.name)]
+
+
+def force_files(folder: Path, names: Iterable[str]) -> None:
+    """Flush files and all folders on their paths to disk."""
+    files = list(names)
+    folders = {name[:k] for name in files for k, letter in enumerate(name) if letter == "/"}
+    force([folder / name for name in (*files, *sorted(folders), "")])
 
 
 def force(paths: Iterable[Path]) -> None:

@@ -15,7 +15,7 @@ import json
 import os
 import secrets
 import shutil
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -26,38 +26,33 @@ from numpy.typing import NDArray
 from mehvar.base.errors import InputError, MehvarError
 
 from ...interrupts import deferred
-from .arrays import ROOT, Array, Files, read_array
-from .attributes import NAMES, check_attributes, check_batch, check_variables
-from .chunks import Chunks, Memory, zarr_store
-from .layout import STATUS, Layout, Variable
+from .arrays import ROOT, Array, read_group
+from .attributes import NAMES
+from .files import Files, Folder, Memory, lay_again, remove_beyond, zarr_store
+from .layout import STATUS, Coordinate, Layout, Runs, Variable
 from .lock import Lock, is_abandoned, lock_owner
-from .paths import clear_path, remove_special_files, special_files
+from .paths import special_files
 from .records import (
     CURE,
-    END,
     FOLDER,
     STORE,
     DamageError,
     Record,
     block_record,
-    check_format,
     digest,
-    file_digest,
     force,
+    force_files,
     leftovers,
-    read_record,
-    replace_file,
     write_file,
-    write_record,
 )
 from .verification import (
     Verification,
-    check_identified,
-    checked_attributes,
     listed,
     own_files,
     settled,
     store_folder,
+    stored_group,
+    verification_now,
     verify,
 )
 
@@ -78,7 +73,7 @@ class StoreError(MehvarError, OSError):
         return str(self.strerror)
 
 
-class Store:
+class Store(Runs):
     """An open store.
 
     Attributes
@@ -87,54 +82,26 @@ class Store:
         Its folder; None for a store in memory.
     attributes : mapping
         Attributes set at creation.
-    chunk, n : int
-        Runs per block, and runs in all.
+    n, chunk : int
+        Runs in all, stored or not, and per block.
     """
 
-    def __init__(self, files: Chunks | Memory, layout: Layout | None = None, lock: Lock | None = None) -> None:
-        self._files, self._layout, self._lock = files, layout, lock
-        self._chunks = None if isinstance(files, Memory) else files
-        self.path = None if isinstance(files, Memory) else files.root
-        self.attributes = _attributes(files)
-        self._arrays = _arrays(files, self.attributes["variables"])
-        self._status = self._arrays[STATUS]
-        self._memory: dict[int, Mapping[str, Any]] = {}
-        self.chunk = self._status.chunk[0]
+    def __init__(self, files: Files, layout: Layout | None = None, lock: Lock | None = None) -> None:
+        self.path = files.root if isinstance(files, Folder) else None
+        self.name = str(self.path) if self.path else "the store in memory"
+        self._layout, self._lock, self._writes = layout, lock, False
+        self._open(files)
 
-    @property
-    def n(self) -> int:
-        """Number of runs, stored or not."""
-        return self._status.shape[0]
-
-    @property
-    def name(self) -> str:
-        """Name for messages."""
-        return str(self.path) if self.path else "the store in memory"
-
-    def blocks(self) -> int:
-        """Return the number of blocks."""
-        return -(-self.n // self.chunk)
+    def _open(self, files: Files) -> None:
+        self._files = files
+        self.attributes, self._arrays = read_group(files.read(ROOT))
+        status = self._arrays[STATUS]
+        self.n, self.chunk = status.shape[0], status.chunk[0]
 
     @property
     def width(self) -> int:
-        """Number of runs that are computed together."""
+        """Number of runs that were computed together."""
         return self.chunk
-
-    def runs(self, block: int) -> range:
-        """Return the run numbers of a block."""
-        return range(block * self.chunk, min((block + 1) * self.chunk, self.n))
-
-    def stored(self) -> list[int]:
-        """Return the blocks that are stored, in order.
-
-        Raises
-        ------
-        DamageError
-            If a record is damaged or belongs to another block or batch.
-        """
-        if self._chunks is None:
-            return sorted(self._memory)
-        return [block for block in range(self.blocks()) if self.has(block)]
 
     def has(self, block: int) -> bool:
         """Return True if a block is stored.
@@ -144,21 +111,19 @@ class Store:
         DamageError
             If its record is damaged or belongs to another block or batch.
         """
-        return block in self._memory if self._chunks is None else self._chunks.block(block) is not None
+        return self._files.about(block) is not None
 
     def about(self, block: int) -> Mapping[str, Any]:
         """Return the facts in the record of a stored block."""
-        if self._chunks is None:
-            return self._memory[block]
-        record = self._chunks.block(block)
-        if record is None:
+        about = self._files.about(block)
+        if about is None:
             raise DamageError(f"{self.name} is damaged: {block_record(block)} is missing")
-        return record.about
+        return about
 
     def verify(self) -> Verification:
         """Check every file against its record; a store in memory has no files."""
         if self.path is not None:
-            return verify(self.path)
+            return verification_now(self.path, None) if self._writes else verify(self.path)
         whole = self.stored()
         missing = sorted(set(range(self.blocks())) - set(whole))
         return Verification(self.name, self.n, self.blocks(), tuple(whole), tuple(missing), (), {}, not missing)
@@ -182,20 +147,10 @@ class Store:
             If the disk is full or cannot be written; the message names the store.
         """
         runs = self.runs(block)
+        facts = self._writable().about(block=block, first=runs.start, last=runs.stop - 1, **about)
+        files = (file for name, array in values.items() for file in self._arrays[name].files(block, array))
         try:
-            if self._chunks is not None:
-                self._chunks.forget(block)
-                clear_path(self._chunks.root, block_record(block))
-                (self._chunks.root / block_record(block)).unlink(missing_ok=True)
-                self._chunks.digests.clear()
-            for name, array in values.items():
-                self._arrays[name].write(self._files, block, array)
-            if self._chunks is None or self._layout is None:
-                self._memory[block] = about
-                return
-            _force_files(self._chunks.root, self._chunks.digests)
-            facts = self._layout.about(block=block, first=runs.start, last=runs.stop - 1, **about)
-            write_record(self._chunks.root, block_record(block), Record(facts, dict(self._chunks.digests)))
+            self._files.write(block, files, facts)
         except OSError as error:
             raise _store_error(error, self.name) from error
 
@@ -208,20 +163,9 @@ class Store:
         StoreError
             If it cannot be written.
         """
-        if self._chunks is None or self._layout is None:
-            self._cut(n)
-            return
-        blocks = -(-n // self.chunk)
+        self._layout = replace(self._writable(), n=n)
         try:
-            folder = self._chunks.root
-            names = [block_record(block) for block in range(blocks)]
-            digests = {name: digest((folder / name).read_bytes()) for name in names}
-            write_record(folder, END, Record(self._layout.about(runs=n), digests))
-            if n < self.n:
-                self._layout = replace(self._layout, n=n)
-                _lay_again(folder, self._layout, None)
-                _remove_beyond(folder, blocks)
-                self._open_again()
+            self._open(self._files.end(self._layout))
         except OSError as error:
             raise _store_error(error, self.name) from error
 
@@ -234,40 +178,40 @@ class Store:
             If a chunk is missing or changed.
         """
         array = self._array(name)
-        selection = self.stored() if blocks is None else blocks
-        out = np.empty((sum(len(self.runs(b)) for b in selection), *array.shape[1:]), array.dtype)
-        place = 0
-        for block in selection:
-            runs = self.runs(block)
-            with self._reading(name, f", block {block}"):
-                out[place : place + len(runs)] = array.block(self._files, block)
-            place += len(runs)
-        return out
-
-    def coordinate(self, name: str) -> NDArray[Any]:
-        """Return a coordinate or other variable without run dimension."""
-        with self._reading(name):
-            return self._array(name).block(self._files, 0)
+        return self._columns(array, slice(0, sum(array.shape[1:])), self.stored() if blocks is None else blocks)
 
     def series(self, name: str, first: int, last: int, blocks: Sequence[int]) -> NDArray[np.float64]:
         """Return samples first ... last - 1 of a stored series, shape (runs, samples)."""
-        array = self._array(name)
-        with self._reading(name):
-            return np.concatenate([array.block(self._files, block, slice(first, last)) for block in blocks])
+        return self._columns(self._array(name), slice(first, last), blocks)
+
+    def _columns(self, array: Array, columns: slice, blocks: Sequence[int]) -> NDArray[Any]:
+        """Return some columns of an array in the runs of some blocks."""
+        width = (columns.stop - columns.start,) * (len(array.shape) - 1)
+        out, place = np.empty((sum(len(self.runs(block)) for block in blocks), *width), array.dtype), 0
+        for block in blocks:
+            with self._reading(f"{array.name}, block {block}"):
+                rows = array.block(self._files.read, block, columns)
+            out[place : place + len(rows)] = rows
+            place += len(rows)
+        return out
 
     def variables(self) -> dict[str, Variable]:
         """Return the variables of the store, by name."""
-        variables: dict[str, Variable] = {}
-        for name, array in self._arrays.items():
-            first, *rest = array.dimensions
-            second, size = (rest[0], array.shape[1]) if rest else ("", 0)
-            if first == "run":
-                variables[name] = Variable(name, array.dtype, second, size, dict(array.attributes))
-        return dict(sorted(variables.items()))
+        arrays = (array for _, array in sorted(self._arrays.items()) if array.of_runs)
+        return {
+            array.name: Variable(
+                array.name, array.dtype, "".join(array.dimensions[1:]), sum(array.shape[1:]), array.attributes
+            )
+            for array in arrays
+        }
 
-    def array_attributes(self) -> dict[str, dict[str, Any]]:
-        """Return the attributes of each variable and coordinate."""
-        return {name: dict(array.attributes) for name, array in self._arrays.items()}
+    def coordinate(self, name: str) -> Coordinate:
+        """Return the coordinate of a second dimension, empty if the batch has none."""
+        if name not in self._arrays:
+            return Coordinate([])
+        with self._reading(name):
+            array = self._arrays[name]
+            return Coordinate(array.block(self._files.read, 0), array.attributes)
 
     @deferred()
     def dataset(self) -> xarray.Dataset:
@@ -276,7 +220,7 @@ class Store:
 
         names: list[str] = self.attributes["variables"]
         # otherwise xarray would convert numbers with a unit such as "days since 2000"
-        opened: xarray.Dataset = xarray.open_zarr(zarr_store(self._files), chunks=None, decode_times=False)
+        opened: xarray.Dataset = xarray.open_zarr(zarr_store(self._files.read), chunks=None, decode_times=False)
         ordered: xarray.Dataset = opened[names]
         return ordered
 
@@ -293,24 +237,16 @@ class Store:
             yield
             return
         lock, self._lock = self._lock or Lock(self.path, self.name), None
+        self._writes = True
         try:
             yield
         finally:
+            self._writes = False
             lock.release()
 
-    def _cut(self, n: int) -> None:
-        if self._layout is not None and n < self.n:
-            self._layout = replace(self._layout, n=n)
-            self._layout.build(self._files)
-            self._arrays = _arrays(self._files, self.attributes["variables"])
-            self._status = self._arrays[STATUS]
-            self._memory = {block: about for block, about in self._memory.items() if block < self.blocks()}
-
-    def _open_again(self) -> None:
-        if self.path is not None:
-            self._files = self._chunks = Chunks(self.path)
-            self._arrays = _arrays(self._files, self.attributes["variables"])
-            self._status = self._arrays[STATUS]
+    def _writable(self) -> Layout:
+        assert self._layout is not None, "the store was opened to be read"
+        return self._layout
 
     def _array(self, name: str) -> Array:
         if name not in self._arrays:
@@ -318,7 +254,7 @@ class Store:
         return self._arrays[name]
 
     @contextlib.contextmanager
-    def _reading(self, name: str, where: str = "") -> Iterator[None]:
+    def _reading(self, what: str) -> Iterator[None]:
         """Convert a codec's error about an invalid chunk into an error that names the file."""
         with deferred():
             try:
@@ -326,8 +262,8 @@ class Store:
             except MehvarError:
                 raise
             except Exception as error:
-                what = " ".join(str(error).split())
-                raise InputError(f"{self.name} is damaged: {name}{where} cannot be read: {what}") from error
+                reason = " ".join(str(error).split())
+                raise InputError(f"{self.name} is damaged: {what} cannot be read: {reason}") from error
 
 
 @deferred()
@@ -349,15 +285,14 @@ def create(path: Path | None, layout: Layout) -> Store:
         If it cannot be written.
     """
     if path is None:
-        files = Memory()
-        layout.build(files)
-        return Store(files, layout)
+        return Store(Memory(layout), layout)
     _refuse_existing(path)
     if not path.parent.is_dir():
         raise InputError(f"cannot write {path}: the folder {path.parent} does not exist")
     try:
         _remove_abandoned(path)
-        return _open_for_writing(path, layout, _created(path, layout))
+        lock = _created(path, layout)
+        return Store(Folder(path), layout, lock)
     except OSError as error:
         raise OSError(error.errno or 0, f"cannot write {path}: {_reason(error)}") from error
 
@@ -390,10 +325,12 @@ def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], No
     try:
         lock = Lock(path, str(path))
         try:
-            remove_special_files(path)
+            for special in special_files(path):
+                (path / special).unlink()
             for leftover in leftovers(path):
                 leftover.unlink()
-            return _open_for_writing(path, _mended(path, layout, compare), lock)
+            layout = _mended(path, layout, compare)
+            return Store(Folder(path), layout, lock)
         except BaseException:
             lock.release()
             raise
@@ -426,40 +363,20 @@ def open_store(path: str | os.PathLike[str]) -> Store:
 
 @deferred()
 def _opened(folder: Path) -> Store | DamageError:
-    if files := special_files(folder):
-        check_identified(folder)
-        return DamageError(f"{folder} is damaged: {listed(files)}; {CURE}")
-    check_format(folder / STORE)
+    """Return a store whose files outside of blocks are intact, and are those of a batch."""
+    records, damage = own_files(folder)
+    if damage:
+        return DamageError(f"{folder} is damaged: {listed(damage)}; {CURE}")
     try:
-        chunks = Chunks(folder)
-        attributes = _attributes(chunks)
-        check_attributes(attributes)
-        check_batch(attributes, chunks.record.about)
-        store = Store(chunks)
-        numbers = [name for name, v in store.variables().items() if not v.dimension and v.dtype == "float64"]
-        check_variables(store.attributes, numbers, store.array_attributes())
-        return store
-    except DamageError as error:
+        _, arrays = stored_group(folder, records.store)
+        for name, array in arrays.items():
+            if json.loads((folder / name / ROOT).read_bytes()) != array.metadata():
+                raise InputError(f"{folder} is not a batch store: {name}/{ROOT} contradicts {ROOT}")
+        return Store(Folder(folder))
+    except DamageError as error:  # a writer is changing it
         return error
-    except InputError:
-        raise
-    except Exception as error:  # for a folder that is not a store, parsers raise anything
-        raise InputError(f"{folder} is not a batch store: {' '.join(str(error).split())}") from error
-
-
-def _attributes(files: Files) -> dict[str, Any]:
-    content = files.read(ROOT)
-    if content is None:
-        raise ValueError(f"it has no {ROOT}")
-    attributes: dict[str, Any] = json.loads(content)["attributes"]
-    return attributes
-
-
-def _arrays(files: Files, variables: Sequence[str]) -> dict[str, Array]:
-    """Return variables and the coordinates of their second dimensions, by name."""
-    arrays = {name: read_array(files, name) for name in variables}
-    dimensions = {name for array in arrays.values() for name in array.dimensions[1:]}
-    return arrays | {name: read_array(files, name) for name in sorted(dimensions)}
+    except OSError as error:
+        return DamageError(f"{folder} is damaged: {_reason(error)}; {CURE}")
 
 
 def _created(path: Path, layout: Layout) -> Lock:
@@ -469,10 +386,10 @@ def _created(path: Path, layout: Layout) -> Lock:
     try:
         lock = Lock(scratch, str(path))
         files = layout.files()
-        record = layout.record({name: digest(content) for name, content in files.items()})
-        for name, content in {**files, STORE: record.content()}.items():
+        files[STORE] = layout.record({name: digest(content) for name, content in files.items()}).content()
+        for name, content in files.items():
             write_file(scratch / name, content)
-        _force_files(scratch, [*files, STORE])
+        force_files(scratch, files)
         try:
             scratch.rename(path)
         except OSError:
@@ -500,16 +417,12 @@ def _remove_abandoned(path: Path) -> None:
             shutil.rmtree(scratch, ignore_errors=True)
 
 
-def _open_for_writing(path: Path, layout: Layout, lock: Lock) -> Store:
-    return Store(Chunks(path), layout, lock)
-
-
 def _mended(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Layout:
     """Repair metadata, names and instants, complete an unfinished end, and return the layout."""
-    layout, record, files = _layout_there(path, layout, compare)
-    if record is None or files or record.about["runs"] != layout.n:
-        _lay_again(path, layout, record)
-    _remove_beyond(path, -(-layout.n // layout.chunk))
+    layout, record, damage = _layout_there(path, layout, compare)
+    if record is None or damage or record.about["runs"] != layout.n:
+        lay_again(path, layout, record)
+    remove_beyond(path, layout.blocks)
     return layout
 
 
@@ -523,74 +436,24 @@ def _layout_there(
     InputError
         If the intact part of the folder does not identify it as this batch.
     """
-    proof, files = own_files(path)
-    record = proof.store
-    if record is not None and ROOT not in files:
-        attributes = checked_attributes(path, record)
+    records, damage = own_files(path)
+    intact = list(records.intact())
+    if records.store is not None and ROOT not in damage:
+        attributes, _ = stored_group(path, records.store)
         compare(attributes)
-        own = {name: value for name, value in attributes.items() if name not in (*layout.identity, *NAMES)}
-        layout = replace(layout, chunk=record.about["chunk"], attributes=own)
-    else:
-        layout = replace(layout, chunk=_chunk_by_evidence(path, layout, compare))
-    if isinstance(proof.end, Record) and proof.end.about["batch"] == layout.batch:
-        layout = replace(layout, n=proof.end.about["runs"])
-    return layout, record, files
-
-
-def _chunk_by_evidence(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> int:
-    """Return the runs per block of a store with damaged attributes, if its intact part identifies the batch."""
-    records = [record for file in (path / FOLDER).glob("*.json") if (record := read_record(file)) is not None]
-    for record in records:
-        if record.about["batch"] != replace(layout, chunk=record.about["chunk"]).batch:
+        own = {name: value for name, value in attributes.items() if name not in NAMES}
+        layout = replace(layout, chunk=records.store.about["chunk"], attributes=own)
+    elif intact:
+        layout = replace(layout, chunk=intact[0].about["chunk"])
+        if any(record.about["batch"] != layout.batch for record in intact):
             raise InputError(f"{path} is damaged, and its records belong to another batch: it cannot be repaired")
-    if records:
-        return int(records[0].about["chunk"])
-    compare(checked_attributes(path, None))
-    return _chunk_by_metadata(path) or layout.chunk
-
-
-def _chunk_by_metadata(path: Path) -> int:
-    """Return the runs per block from a variable's metadata, unverified; 0 if that is missing."""
-    try:
-        metadata = json.loads((path / STATUS / ROOT).read_bytes())
-        runs = metadata["chunk_grid"]["configuration"]["chunk_shape"][0]
-    except (OSError, ValueError, LookupError, TypeError, RecursionError):
-        return 0
-    return runs if type(runs) is int and 0 < runs <= metadata["shape"][0] else 0
-
-
-def _lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
-    """Rewrite everything except runs and files with a matching record."""
-    kept = record.digests if record is not None and record.about["runs"] == layout.n else {}
-    digests = {}
-    for name, content in layout.files().items():
-        if kept.get(name, "") == file_digest(folder / name):
-            digests[name] = kept[name]
-        else:
-            replace_file(folder, name, content)
-            digests[name] = digest(content)
-    _force_files(folder, digests)
-    write_record(folder, STORE, layout.record(digests))
-
-
-def _remove_beyond(folder: Path, blocks: int) -> None:
-    """Remove the blocks from a number on, records first, because chunks without record do not count."""
-    for path in (*folder.glob(f"{FOLDER}/*.json"), *folder.glob("*/c/*")):
-        if path.stem.isdigit() and int(path.stem) >= blocks and path.parent.parent.name not in _coordinates(folder):
-            shutil.rmtree(path) if path.is_dir() else path.unlink()
-
-
-def _coordinates(folder: Path) -> set[str]:
-    """Return the variables whose chunks are not blocks; the store's record lists them."""
-    record = read_record(folder / STORE)
-    return {name.split("/")[0] for name in (record.digests if record else ()) if "/c/" in name}
-
-
-def _force_files(folder: Path, names: Iterable[str]) -> None:
-    """Flush files and all folders on their paths to disk."""
-    files = list(names)
-    folders = {name[:k] for name in files for k, letter in enumerate(name) if letter == "/"}
-    force([folder / name for name in (*files, *sorted(folders), "")])
+    else:
+        attributes, arrays = stored_group(path, None)
+        compare(attributes)
+        layout = replace(layout, chunk=arrays[STATUS].chunk[0])
+    if isinstance(records.end, Record) and records.end.about["batch"] == layout.batch:
+        layout = replace(layout, n=records.end.about["runs"])
+    return layout, records.store, damage
 
 
 def _store_error(error: OSError, name: str) -> StoreError:

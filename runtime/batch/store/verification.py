@@ -3,33 +3,22 @@
 
 from __future__ import annotations
 
-import json
 import os
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
 
 from mehvar.base.errors import InputError, bad_value
+from mehvar.base.schema import SchemaError
 
-from .arrays import ROOT
-from .attributes import check_attributes, check_batch
+from .arrays import ROOT, Array, read_group
+from .attributes import batch_hash, check_group
 from .lock import FILE as LOCK
 from .lock import lock_owner
 from .paths import entries, is_plain, special_files
-from .records import (
-    END,
-    FOLDER,
-    STORE,
-    Proof,
-    Record,
-    WrongRecord,
-    block_record,
-    check_format,
-    file_digest,
-    read_record,
-)
+from .records import END, FOLDER, STORE, Record, Records, block_record, check_format, file_digest
 
 T = TypeVar("T")
 
@@ -148,7 +137,7 @@ def verify(path: str | os.PathLike[str]) -> Verification:
         If there is no store of this version, or its attributes are not those of a batch.
     """
     folder = store_folder(path)
-    return settled(folder, lambda writer: _verification(folder, writer), lambda verification: verification.sound)
+    return settled(folder, lambda writer: verification_now(folder, writer), lambda verification: verification.sound)
 
 
 def settled(folder: Path, look: Callable[[str | None], T], is_sound: Callable[[T], bool]) -> T:
@@ -172,13 +161,14 @@ def settled(folder: Path, look: Callable[[str | None], T], is_sound: Callable[[T
     return result
 
 
-def _verification(folder: Path, writer: str | None) -> Verification:
-    proof, files = own_files(folder)
-    if isinstance(proof.end, WrongRecord):
-        files[END] = proof.end.what
-    if proof.store is not None and ROOT not in files:
-        checked_attributes(folder, proof.store)
-    return _blocks(proof, files, writer)
+def verification_now(folder: Path, writer: str | None) -> Verification:
+    """Check every file once, also while a process writes: for the writer itself."""
+    records, files = own_files(folder)
+    if isinstance(records.end, str):
+        files[END] = records.end
+    if records.store is not None and ROOT not in files:
+        stored_group(folder, records.store)
+    return _blocks(records, files, writer)
 
 
 def store_folder(path: str | os.PathLike[str]) -> Path:
@@ -199,7 +189,7 @@ def store_folder(path: str | os.PathLike[str]) -> Path:
     return folder
 
 
-def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
+def own_files(folder: Path) -> tuple[Records, dict[str, str]]:
     """Return the records of a store, and the damage to its record and files, including foreign paths.
 
     Raises
@@ -208,40 +198,32 @@ def own_files(folder: Path) -> tuple[Proof, dict[str, str]]:
         If the store has another version, or nothing in the folder identifies the batch.
     """
     check_format(folder / STORE)
-    proof = Proof(folder)
-    check_identified(folder)
-    files = {STORE: _state(folder, STORE)} if proof.store is None else _differences(folder, proof.store.digests)
-    return proof, files | special_files(folder)
+    records = Records(folder)
+    if next(records.intact(), None) is None:
+        try:
+            stored_group(folder, None)
+        except InputError as error:
+            raise InputError(f"{folder} is not a batch store: it names no batch") from error
+    files = {STORE: _state(folder, STORE)} if records.store is None else _differences(folder, records.store.digests)
+    return records, files | special_files(folder)
 
 
-def check_identified(folder: Path) -> None:
-    """Refuse a folder whose records and attributes identify no batch; it cannot be repaired."""
-    if any(map(read_record, (folder / FOLDER).glob("*.json"))):
-        return
-    try:
-        checked_attributes(folder, None)
-    except InputError as error:
-        raise InputError(f"{folder} is not a batch store: it names no batch") from error
-
-
-def checked_attributes(folder: Path, store: Record | None) -> dict[str, Any]:
-    """Return the checked attributes of a store from its file.
+def stored_group(folder: Path, record: Record | None) -> tuple[dict[str, Any], dict[str, Array]]:
+    """Return the checked attributes and arrays of a store from its file.
 
     Raises
     ------
     InputError
         If they are not those of a batch, or contradict an intact record.
     """
-    if not is_plain(folder, ROOT):
-        raise InputError(f"{folder} is not a batch store: it has no {ROOT}")
     try:
-        attributes: dict[str, Any] = json.loads((folder / ROOT).read_bytes())["attributes"]
-        check_attributes(attributes)
-        if store is not None:
-            check_batch(attributes, store.about)
-    except (OSError, ValueError, LookupError, TypeError, RecursionError) as error:
+        attributes, arrays = read_group((folder / ROOT).read_bytes() if is_plain(folder, ROOT) else None)
+        check_group(attributes, arrays)
+        if record is not None and batch_hash(attributes, record.about["chunk"]) != record.about["batch"]:
+            raise SchemaError(": do not match its records, which are of another batch", "its attributes")
+    except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{folder} is not a batch store: {' '.join(str(error).split())}") from error
-    return attributes
+    return attributes, arrays
 
 
 def listed(files: Mapping[str, str]) -> str:
@@ -251,51 +233,51 @@ def listed(files: Mapping[str, str]) -> str:
     return ", ".join([*shown, *([f"and {more} more files"] if more > 0 else [])])
 
 
-def _blocks(proof: Proof, files: dict[str, str], writer: str | None) -> Verification:
-    folder, store = proof.folder, proof.store
-    end = proof.end if isinstance(proof.end, Record) else None
-    runs, chunk, count = _extent(folder, store, end)
+def _blocks(records: Records, files: dict[str, str], writer: str | None) -> Verification:
+    """Return the verification of all blocks, and of the files that no record lists."""
+    folder, store = records.folder, records.store
+    end = records.end if isinstance(records.end, Record) else None
+    runs, chunk, count = _extent(records, end)
     whole, missing, damaged = [], [], []
     known = {STORE, END, LOCK, *_files(store), *_files(end)}
     for block in range(count):
-        record = proof.block(block)
-        known |= {block_record(block), *_files(record)}
+        record, place = records.block(block), block_record(block)
+        known |= {place, *_files(record)}
         if record is None:
             missing.append(block)
-            continue
-        state = (
-            {block_record(block): record.what}
-            if isinstance(record, WrongRecord)
-            else _differences(folder, record.digests)
-        )
-        if state:
+        elif state := {place: record} if isinstance(record, str) else _differences(folder, record.digests):
             last = (block + 1) * chunk - 1
             damaged.append(BlockDamage(block, block * chunk, last if runs is None else min(last, runs - 1), state))
         else:
             whole.append(block)
     if store is not None and store.about["runs"] != runs:
         files[STORE] = "older than the end of the batch"
-    blocks = (tuple(whole), tuple(missing), tuple(damaged))
-    others = () if store is None else tuple(_others(folder, known))
-    return Verification(str(folder), runs, count, *blocks, files, end is not None, writer, others)
+    plain = (name for name, entry in entries(folder) if entry.is_file(follow_symlinks=False))
+    return Verification(
+        store=str(folder),
+        runs=runs,
+        blocks=count,
+        whole=tuple(whole),
+        missing=tuple(missing),
+        damaged=tuple(damaged),
+        files=files,
+        ended=end is not None,
+        writer=writer,
+        others=() if store is None else tuple(name for name in plain if name not in known),
+    )
 
 
-def _others(folder: Path, known: Collection[str]) -> Iterator[str]:
-    """Yield the paths of unknown plain files."""
-    yield from (name for name, entry in entries(folder) if name not in known and entry.is_file(follow_symlinks=False))
-
-
-def _extent(folder: Path, store: Record | None, end: Record | None) -> tuple[int | None, int, int]:
+def _extent(records: Records, end: Record | None) -> tuple[int | None, int, int]:
     """Return total runs, runs per block and number of blocks from any intact record."""
-    record = end or store
+    record = end or records.store
     if record is not None:
         runs, chunk = record.about["runs"], record.about["chunk"]
         return runs, chunk, -(-runs // chunk)
-    known = [record for path in (folder / FOLDER).glob("*.json") if (record := read_record(path)) is not None]
-    return None, known[0].about["chunk"] if known else 0, max((r.about.get("block", -1) + 1 for r in known), default=0)
+    known = [record.about for record in records.intact()]
+    return None, known[0]["chunk"] if known else 0, max((about.get("block", -1) + 1 for about in known), default=0)
 
 
-def _files(record: Record | WrongRecord | None) -> Iterable[str]:
+def _files(record: Record | str | None) -> Iterable[str]:
     return record.digests if isinstance(record, Record) else ()
 
 

@@ -3,6 +3,13 @@
 
 from __future__ import annotations
 
+
+def _table() -> str:
+    """Return a table of squares with 20 knots."""
+    pieces = (f"(x*{2 * k + 1} - {k * (k + 1)}, x < {k + 1})" for k in range(20))
+    return f"f: y*Piecewise((0, x < 0), {', '.join(pieces)}, (400, True))"
+
+
 SAME = {
     "terms reordered": ("f: x + y*z + w", "f: w + x + z*y"),
     "factors reordered": ("f: x*y*(z + w)", "f: (w + z)*y*x"),
@@ -71,6 +78,7 @@ SAME = {
     "redundant knot": ("f: y*Piecewise((0, x < 1), (2*x - 2, x < 2), (x, x < 3), (2*x - 3, x < 5), (7, True))",
                        "f: y*Piecewise((0, x < 1), (2*x - 2, x < 2), (x, x < 3), (2*x - 3, x < 4), (2*x - 3, x < 5),"
                        " (7, True))"),
+    "redundant knot in a long table": (_table(), _table().replace("x < 11)", "2*x < 21), (x*21 - 110, x < 11)")),
     "named root in cases": ("r_1 = sqrt(x**2 + y**2)\nf: Piecewise((Abs(r_1)*z, r_1 > k), (k*z, True))",
                             "r_1 = sqrt(x**2 + y**2)\nf: z*Max(r_1, k)"),
     "named sum in cases, smooth branch in common": (

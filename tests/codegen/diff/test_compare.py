@@ -228,7 +228,10 @@ def test_what_decides_a_run_or_judges_it_is_compared():
 
 @pytest.mark.parametrize(
     ("operand", "where"),
-    [("x", r"erf\(x\)[^.]*"), ("x*y + x**2*z + y**2*w + z**3*w + x**3*y**3*z**3*w**3 + x**4*y**5", r".{60}\.\.\.")],
+    [
+        ("x", r"\{y if erf\(x\)[^.]*"),
+        ("x*y + x**2*z + y**2*w + z**3*w + x**3*y**3*z**3*w**3 + x**4*y**5", r".{60}\.\.\."),
+    ],
 )
 def test_a_saturation_that_no_point_reaches_is_undecided(operand, where):
     """Said with the condition, or the beginning of a long one."""

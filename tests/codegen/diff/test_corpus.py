@@ -13,7 +13,7 @@ from mehvar.codegen.diff.report import EquationVerdict, Kind
 from mehvar.codegen.equal.equality import EqualityTest
 from mehvar.codegen.equal.meaning import Meaning
 from mehvar.codegen.equal.pool import Pool
-from mehvar.codegen.equal.reals import PointSampler
+from mehvar.codegen.equal.sampler import PointSampler
 from mehvar.codegen.ledger.sides import Sides
 from tests.codegen.diff.corpus import EDITED, SAME
 from tests.codegen.diff.documents import document

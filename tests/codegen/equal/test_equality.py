@@ -7,9 +7,10 @@ import pytest
 import sympy as sp
 
 from mehvar.codegen.equal import field
-from mehvar.codegen.equal.equality import EqualityTest, Meaning
+from mehvar.codegen.equal.equality import EqualityTest
+from mehvar.codegen.equal.meaning import Meaning
 from mehvar.codegen.equal.pool import Pool
-from mehvar.codegen.equal.reals import PointSampler
+from mehvar.codegen.equal.sampler import PointSampler
 from mehvar.codegen.ledger.sides import Sides
 
 x, y = sp.symbols("x y", real=True)
@@ -30,7 +31,7 @@ def judged(whole):
 @pytest.mark.parametrize(("whole", "never"), [*((w, True) for w in NEVER), *((w, False) for w in SOMETIMES)], ids=str)
 def test_what_is_proved_never_zero_is_never_zero(whole, never):
     equality, expression = judged(whole)
-    assert equality.never_zero(expression) is never
+    assert equality.is_never_zero(expression) is never
 
 
 @pytest.mark.parametrize(
@@ -40,8 +41,8 @@ def test_what_is_proved_never_zero_is_never_zero(whole, never):
 def test_a_root_whose_sign_is_drawn_takes_more_points(whole, points):
     """All of 3 points have one sign once in 8 times, all of 32 once in 2^32."""
     equality, expression = judged(whole)
-    assert equality.how(expression) == f"{points} points of a {field.BITS}-bit field, seed {equality.seed}"
-    assert equality.is_rooted(expression) is (points == 32)
+    assert equality.field.how(expression) == f"{points} points of a {field.BITS}-bit field, seed {equality.field.seed}"
+    assert equality.field.is_rooted(expression) is (points == 32)
 
 
 def test_the_root_of_a_square_that_is_written_out_exists_everywhere():
@@ -53,4 +54,4 @@ def test_the_root_of_a_square_that_is_written_out_exists_everywhere():
     free = Meaning(pool, lambda _: None)
     verdict = equality.decide((free, sides[0]), (free, sides[1]))
     assert verdict.equal
-    assert verdict.how == equality.how((free, sides[0]), (free, sides[1]))
+    assert verdict.how == equality.field.how((free, sides[0]), (free, sides[1]))

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 import pytest
 
-from mehvar.codegen.equal.reals import PointSampler
+from mehvar.codegen.equal.sampler import PointSampler
 
 NUMBERS = range(200)
 

@@ -46,11 +46,11 @@ def data() -> dict:
 
 
 def test_what_is_read_is_written_again():
-    root = read(Root, data(), place="here")
+    root = read(Root, data())
     assert root.leaves["a"] == Leaf("a", -1.0, math.inf, "n")
     assert root.rows == (Leaf("r", -math.inf, 2.0),)
     assert root.pairs == (Pair("x", 3), Pair("t", None))
-    assert root.place == "here"
+    assert root.place == ""
     assert type(root.rows[0].high) is float
     assert plain(Root, root) == data()
 
@@ -160,3 +160,14 @@ def test_a_table_that_is_nested_too_deeply_is_refused_by_its_name(name, tmp_path
     (tmp_path / "models" / "deep" / "__init__.py").touch()
     with pytest.raises(MehvarError, match=f"{name}.*nested too deeply"):
         read_parameters(tmp_path / "models" / "deep" / name) if name != "plant.toml" else Tree(tmp_path).plant("deep")
+
+
+@dataclass(frozen=True)
+class Settings:
+    options: Mapping[str, float | str]
+
+
+def test_a_union_of_scalars_takes_either_and_nothing_else() -> None:
+    assert read(Settings, {"options": {"a": 1, "b": "x"}}).options == {"a": 1.0, "b": "x"}
+    with pytest.raises(SchemaError, match=r"options\.a = True: must be a number or a text"):
+        read(Settings, {"options": {"a": True}})

@@ -26,6 +26,7 @@ from mehvar.campaign import read_campaign
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.units import read_value
 from tests import commands
+from tests.runtime.batch.forgery import contents
 
 BATCH = ("batch", "triangle", "--controller", "path", "--seed", "3", "--t-end", "0.5")
 VARY = ("--vary", "l1_0=normal(0.2, 0.01)", "--vary", "theta=uniform(0.8, 1.2)")
@@ -41,10 +42,6 @@ def refused(*arguments: str, cwd: Path) -> str:
     assert done.returncode == 2, done.stdout + done.stderr
     assert "Traceback" not in done.stderr
     return done.stderr
-
-
-def contents(folder: Path) -> dict[str, bytes]:
-    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
 @pytest.fixture(scope="module")
@@ -234,6 +231,7 @@ ONE = (*BATCH[:4], "--t-end", "0.5", "-n", "1", "--out", "new.zarr")
         (("batch", "triangle", "-n", "1"), "a run of triangle needs a law: --controller sliding or path"),
         ((*BATCH, "-n", "1"), "a batch needs a store: --out STORE.zarr"),
         ((*ONE, "--vary", "R"), "--vary = 'R': must be NAME=DIST(...)"),
+        ((*ONE, "--vary", " =normal(0, 1)"), "--vary = ' =normal(0, 1)': must be NAME=DIST(...)"),
         ((*ONE, "--vary", "R=normal(0.9, 0.01)"), "must be in (0, 0.707106781187)"),
         ((*ONE, "--vary", "R=nrmal(1, 2)"), "unknown distribution 'nrmal' of R"),
         ((*ONE, "--vary", "R=choice(1)", "--vary", "R=choice(2)"), "--vary R is given twice"),

@@ -11,7 +11,7 @@ import pytest
 import sympy as sp
 
 from mehvar.codegen.functions.graphs import generate_functions
-from mehvar.models.parts import Aggregates, Coordinate, Hub, Number, Part, Particle, scalar
+from mehvar.models.parts import Aggregates, Coordinate, Hub, Number, Part, Particle, UnbalancedWheel, Value, scalar
 from mehvar.models.quantities import ModelError, Quantity
 from mehvar.parts import Spacecraft
 
@@ -97,3 +97,17 @@ def test_a_coordinate_that_moves_no_mass_is_refused():
     craft.add(Idle("bead", own=None))
     with pytest.raises(ModelError, match="no mass and no inertia moves with bead_b_dot"):
         craft.system()
+
+
+@pytest.mark.parametrize("axis", [np.array([3, 1, 2]), np.float32([3, 1, 2]), [Value(3, source="drawing"), 1, 2]])
+def test_an_imbalance_points_in_the_same_direction_for_every_kind_of_number(axis):
+    """By default away from the wheel's axis, hence towards y."""
+
+    def equations(axis):
+        craft = Spacecraft("unbalanced", motion="attitude")
+        craft.add(Hub("hub", 10.0, (1.0, 1.0, 1.0)))
+        craft.add(UnbalancedWheel("wheel", axis=axis, inertia=0.1, mass=1.0, across=0.1, static=1e-3))
+        return craft.system()
+
+    system, other = equations((3, 1, 2)), equations(axis)
+    assert (system.rhs, system.definitions) == (other.rhs, other.definitions)

@@ -44,6 +44,7 @@ from mehvar.models.parts import (
     Tether,
     Thruster,
     Torquer,
+    UnbalancedWheel,
     Value,
     Vector,
     Wheel,
@@ -149,7 +150,15 @@ def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
         ),
         (lambda: Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(0, 0, 1), angles=3), "p.angles = 3: must be 1 or 2"),
         (lambda: assembled(Pendulum("p", 1.0, 1.0, axis=(1, 0, 0), rest=(2, 0, 0))), "p.rest = .*: must not be along"),
+        (lambda: UnbalancedWheel("w", None, 0.1, mass=1.0, across=0.1, static=0.1), "w.axis is missing"),
+        (lambda: Thruster("t", direction=(1, 0, 0), at=None), "t.at is missing"),
         (lambda: assembled(ControlMomentGyro("g", (1, 0, 0), (1, 0, 0), 1.0, 1.0)), "g.spin = .*: must not be along"),
+        (
+            lambda: assembled(
+                ControlMomentGyro("g", np.array([1, 0, 0]), (Value(1, source="drawing"), 0, 0), 1.0, 1.0)
+            ),
+            "g.spin = .*: must not be along",
+        ),
         (
             lambda: ControlMomentGyro("g", (1, 0, 0), (0, 1, 0), 1.0, 1.0, speed=1.0, friction=1.0),
             "g.friction: a motor holds the constant speed",

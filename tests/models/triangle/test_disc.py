@@ -43,7 +43,7 @@ def run_pairs(model, law, n, seed, nearest=0.0, options=COARSE, first=0.0, farth
     s[:, [names.index(f"l{k}_f") for k in (1, 2, 3)]] = np.stack(rods, axis=-1)
     x0 = np.stack([*start, np.full(n, 0.17), theta], axis=-1)
     block = kernel.run(0, p, c, s, x0, seed, END, 0.05, threads=2)
-    metrics = dict(zip(model.manifest.metrics, block.metrics.T, strict=True))
+    metrics = dict(zip(model.manifest.metrics, block.metric_values.T, strict=True))
     return block, metrics, block.maximum[:, kernel.variables.index("rho")]
 
 

@@ -8,14 +8,14 @@ import pytest
 from mehvar.codegen.generate import installed_tree
 from mehvar.pictures.style import style
 from mehvar.reproduction.claims import ClaimVerdict
-from mehvar.reproduction.deviations import Deviation, deviations, table_claims
+from mehvar.reproduction.deviations import deviations, table_claims
 from mehvar.reproduction.ledgers import paper_ledgers
 from mehvar.reproduction.paper import load_reproduction
 from mehvar.reproduction.runs import Runs
 from mehvar.reproduction.statements import StatementVerdict, statement_verdicts
 from mehvar.runtime.model.catalogue import known_models
 from mehvar.runtime.model.model import load
-from mehvar.runtime.run.metrics import metrics
+from mehvar.runtime.run.metrics import Deviation, metrics
 from papers.triangle import shapes as shapes
 from papers.triangle import surfaces as surfaces
 from papers.triangle.chart import law_direction, target_shape

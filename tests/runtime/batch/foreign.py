@@ -13,7 +13,6 @@ import numpy as np
 
 from mehvar import runtime
 from mehvar.runtime.batch.kernel import Kernel, compile_kernel
-from mehvar.runtime.batch.source import kernel_sources
 from mehvar.runtime.board.image.processors import process_toolchain
 from mehvar.runtime.compiling.library import FLAGS
 from mehvar.runtime.compiling.structures import structures
@@ -33,7 +32,7 @@ class ForeignLibrary:
         self._toolchain = process_toolchain(processor, "gcc")
         self._program = folder / "foreign"
         own = Path(__file__).with_name("foreign.c")
-        for name, text in {**kernel_sources(kernel.loop), own.name: own.read_text()}.items():
+        for name, text in {**kernel.loop.sources, own.name: own.read_text()}.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             (folder / name).write_text(text)
         flags = [flag for flag in FLAGS if flag not in ("-fPIC", "-shared")]

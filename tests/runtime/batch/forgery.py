@@ -1,15 +1,22 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Stores that were changed together with their records, which are not signatures."""
+"""A store to damage or to change together with its records, which are not signatures."""
 
 from __future__ import annotations
 
 import json
+import warnings
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
-from mehvar.runtime.batch.store.attributes import IDENTITY, batch_hash
+from mehvar.runtime.batch.fill import run_batch
+from mehvar.runtime.batch.plan import Campaign
+from mehvar.runtime.batch.store.attributes import batch_hash
 from mehvar.runtime.batch.store.records import END, STORE, block_record, digest, file_digest
+
+PENDULUM = Path(__file__).parents[1] / "pendulum"
+CAMPAIGN = Campaign("pd", n=40, vary={"g": "uniform(-2, 9)"}, options={"t_end": 0.1}, save_every=0.05)
+CHUNK = 16
 
 
 def edit(file: Path, change: Callable[[dict[str, Any]], object]) -> None:
@@ -25,10 +32,42 @@ def seal(store: Path, **about: Any) -> None:
     names = [STORE, *(block_record(b) for b in range(999) if (store / block_record(b)).exists()), END]
     for name in names:
         facts = json.loads((store / name).read_bytes())
-        identity = {key: attributes[key] for key in IDENTITY if key in attributes}
-        facts["about"] |= {"batch": batch_hash(identity, facts["about"]["chunk"]), **about}
+        facts["about"] |= {"batch": batch_hash(attributes, facts["about"]["chunk"]), **about}
         facts["files"] = {file: file_digest(store / file) for file in facts["files"]}
         facts.pop("sha256")
         content = json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
         facts["sha256"] = digest(content.encode())
         (store / name).write_text(json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False) + "\n")
+
+
+def remove(path: Path) -> None:
+    path.unlink()
+
+
+def flip(path: Path) -> None:
+    content = bytearray(path.read_bytes())
+    content[len(content) // 2] ^= 4
+    path.write_bytes(content)
+
+
+def cut(path: Path) -> None:
+    path.write_bytes(path.read_bytes()[:-3])
+
+
+def empty(path: Path) -> None:
+    path.write_bytes(b"")
+
+
+DAMAGES = (remove, flip, cut, empty)
+
+
+def contents(folder: Path) -> dict[str, bytes]:
+    return {path.relative_to(folder).as_posix(): path.read_bytes() for path in folder.rglob("*") if path.is_file()}
+
+
+def mend(store: Path) -> list[str]:
+    """Resume; return what was said."""
+    with warnings.catch_warnings(record=True) as said:
+        warnings.simplefilter("always")
+        run_batch(PENDULUM, CAMPAIGN, store, resume=True)
+    return [str(warning.message) for warning in said]

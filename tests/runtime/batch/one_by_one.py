@@ -31,16 +31,9 @@ def run_alone(
         hold = float(p[0, model.parameter_names.index(law.period)])
     t, record_every, hold_every = ticks_of(t_end, dt, hold, "the test")
     regular_t = rows_of(dt, t_end, dt, "the test")
-    n, width, rows = len(p), len(kernel.variables), len(regular_t)
-    block = Block(
-        *(np.empty((n, k)) for k in (len(manifest.states), width, width, len(manifest.metrics))),
-        *(np.empty(n, dtype) for dtype in (np.uint8, np.int32, np.float64, np.float64, np.int64)),
-        np.full((n, rows, width), np.nan),
-        np.full(n, np.nan),
-        np.zeros((n, len(kernel.loop.events)), np.int64),
-    )
+    block = Block.empty(kernel.loop, len(p), len(regular_t))
     evaluations = 0 if hold_every is None else (len(t) - 1) // hold_every + 1
-    for i in range(n):
+    for i in range(len(p)):
         z0 = np.empty(0)
         if law.memory:
             r = model.functions["reference"](0.0, p[i], s[i])
@@ -64,7 +57,7 @@ def run_alone(
         counts = Counter(problem.events[number].name for _, number in one.events)
         block.events[i] = [counts[event.name] for event in problem.events]
         cut = math.inf if one.status is Status.DONE else one.t_stop
-        block.metrics[i] = [evaluate(m, one.t, columns, counts, cut) for m in manifest.metrics.values()]
+        block.metric_values[i] = [evaluate(m, one.t, columns, counts, cut) for m in manifest.metrics.values()]
         regular = np.isin(one.t, regular_t)
         block.series[i, : regular.sum()] = series[regular]
     return block

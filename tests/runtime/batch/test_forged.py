@@ -16,33 +16,18 @@ import pytest
 from mehvar.base.errors import InputError, MehvarError
 from mehvar.runtime.batch.evaluation.sensitivity import sensitivities
 from mehvar.runtime.batch.evaluation.statistics import summarise
-from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.repeat import difference, plan_of, repeat_run
 from mehvar.runtime.batch.store.lock import FILE, Lock
 from mehvar.runtime.batch.store.records import END, STORE, read_record
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
 from tests.fuzz.campaign import in_process
-from tests.runtime.batch.forgery import edit, seal
-from tests.runtime.batch.test_damage import CAMPAIGN, CHUNK, PENDULUM, contents, mend
+from tests.runtime.batch.forgery import PENDULUM, contents, edit, mend, seal
 
 OTHERS: tuple[Any, ...] = (None, 1.5, "text", [3], {"a": 1}, 10**40)
 """One of each kind that JSON has."""
 HARMLESS = {"title", "model_source", "flags", "compiler", "versions", "until"}
 """Texts for people; `model_source` is not taken without trust."""
-
-
-@pytest.fixture(scope="module")
-def whole(tmp_path_factory: pytest.TempPathFactory) -> Path:
-    path = tmp_path_factory.mktemp("whole") / "runs.zarr"
-    run_batch(PENDULUM, CAMPAIGN, path, chunk=CHUNK)
-    return path
-
-
-@pytest.fixture
-def store(whole: Path, tmp_path: Path) -> Path:
-    shutil.copytree(whole, tmp_path / "runs.zarr")
-    return tmp_path / "runs.zarr"
 
 
 @contextmanager
@@ -55,6 +40,16 @@ def changed(store: Path, name: str, change: Callable[[dict[str, Any]], object], 
     yield
     for path, content in kept.items():
         path.write_bytes(content)
+
+
+@contextmanager
+def changed_array(store: Path, name: str, change: Callable[[dict[str, Any]], object]) -> Iterator[None]:
+    """Change what the group and the array itself say of an array."""
+    with (
+        changed(store, "zarr.json", lambda content: change(content["consolidated_metadata"]["metadata"][name])),
+        changed(store, f"{name}/zarr.json", change),
+    ):
+        yield
 
 
 def without(table: str, key: str) -> Callable[[dict[str, Any]], object]:
@@ -164,15 +159,17 @@ def test_what_a_variable_says_of_itself_changes_no_value(store: Path, whole: Pat
     for name in ("t_stop", "angle", "status", "t"):
         for key, value in (("scale_factor", 2.0), ("_FillValue", 0.1), ("dtype", "bool"), ("units", 3)):
             changes = with_value("attributes", key, value)
-            with changed(store, f"{name}/zarr.json", changes), pytest.raises(MehvarError):
+            with changed_array(store, name, changes), pytest.raises(MehvarError):
                 open_store(store)
     for name in ("t_stop", "angle", "t"):
-        with changed(store, f"{name}/zarr.json", with_value("attributes", "units", "days since 2000-01-01")):
+        with changed_array(store, name, with_value("attributes", "units", "days since 2000-01-01")):
             values = open_store(store).dataset().load()
             assert values[name].equals(open_store(whole).dataset()[name].load())
     for key in ("units", "long_name"):
-        with changed(store, "g/zarr.json", without("attributes", key)), pytest.raises(MehvarError):
+        with changed_array(store, "g", without("attributes", key)), pytest.raises(MehvarError):
             open_store(store)
+    with changed(store, "g/zarr.json", without("attributes", "units")), pytest.raises(MehvarError, match="contradicts"):
+        open_store(store)
 
 
 def test_another_version_is_refused_by_name_and_not_called_damaged(store: Path) -> None:

@@ -24,7 +24,7 @@ PENDULUM = Path(__file__).parents[1] / "pendulum"
 CAMPAIGN = Campaign("pd", n=8, vary={"g": "uniform(1, 9)"}, options={"t_end": 0.1})
 
 
-def of(campaign: Campaign = CAMPAIGN) -> numerics.Numerics:
+def of(campaign: Campaign = CAMPAIGN) -> str:
     return Blocks(Plan(runtime.load(PENDULUM, "c"), campaign), threads=1).numerics
 
 
@@ -34,8 +34,9 @@ def test_portable_numerics_are_the_same_on_another_machine(monkeypatch: pytest.M
     monkeypatch.setattr(numerics.platform, "machine", lambda: "another")
     assert of() == here
     fast = replace(CAMPAIGN, options={"t_end": 0.1, "profile": "fast"})
-    assert "another" in of(fast).processor
-    assert "-mother" in of(fast).processor
+    processor = json.loads(of(fast))["processor"]
+    assert "another" in processor
+    assert "-mother" in processor
 
 
 @pytest.mark.parametrize(
@@ -48,7 +49,9 @@ def test_a_store_is_not_continued_with_other_numerics(
     run_batch(PENDULUM, CAMPAIGN, tmp_path / "runs.zarr", chunk=4)
     (tmp_path / "runs.zarr" / "records" / "1.json").unlink()
     real = blocks.numerics_of
-    monkeypatch.setattr(blocks, "numerics_of", lambda *given: replace(real(*given), **{name: "0" * 32}))
+    monkeypatch.setattr(
+        blocks, "numerics_of", lambda *given: json.dumps({**json.loads(real(*given)), name: "0" * 32}, sort_keys=True)
+    )
     with pytest.raises(InputError, match=f"made with other numerics: .*{meaning}.*here 000000"):
         run_batch(PENDULUM, CAMPAIGN, tmp_path / "runs.zarr", resume=True)
 
@@ -58,7 +61,7 @@ def test_a_changed_line_of_c_changes_them(monkeypatch: pytest.MonkeyPatch) -> No
     monkeypatch.setattr(
         source, "native_sources", lambda *names: {name: f"{text}/* other */" for name, text in real(*names).items()}
     )
-    assert other_numerics(here.text(), of().text()).startswith("mehvar's own C (")
+    assert other_numerics(here, of()).startswith("mehvar's own C (")
 
 
 def test_a_block_says_what_computed_it(tmp_path: Path) -> None:
@@ -79,7 +82,7 @@ OTHERS: dict[str, object] = {
 
 def test_each_option_of_a_batch_is_recorded() -> None:
     names = {name for name, row in options.OPTIONS.items() if "batch" not in row.refused}
-    assert json.loads(of().options).keys() == names == OTHERS.keys()
+    assert json.loads(json.loads(of())["options"]).keys() == names == OTHERS.keys()
 
 
 @pytest.mark.parametrize("name", OTHERS)

@@ -176,6 +176,7 @@ def test_a_chunk_is_not_decoded_by_code_that_the_store_names(gift: Path, codec: 
     store = gift / "runs.zarr"
     coded = [{"name": codec, "configuration": {}}]
     edit(store / "g" / "zarr.json", lambda content: content.update(codecs=coded))
+    edit(store / "zarr.json", lambda content: content["consolidated_metadata"]["metadata"]["g"].update(codecs=coded))
     seal(store)
     with pytest.raises(InputError, match="is not a batch store"):
         open_store(store)

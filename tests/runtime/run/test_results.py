@@ -114,7 +114,7 @@ def test_full_disk_leaves_the_old_file_and_no_rest(tmp_path: Path, folder: Path)
     path.write_text("old")
     code = (
         "import resource, sys\nfrom mehvar import runtime\n"
-        f"run = runtime.simulate({str(folder)!r}, 'pd', backend='python', t_end=1.0, dt_out=0.0005)\n"
+        f"run = runtime.simulate({str(folder)!r}, 'pd', t_end=1.0, dt_out=0.0005)\n"
         "dataset = runtime.to_dataset(run)\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (50_000, 50_000))\n"
         "try:\n"

@@ -7,7 +7,7 @@ from fractions import Fraction
 import pytest
 
 from mehvar.codegen.equal.pool import Pool
-from mehvar.codegen.equal.proofs.intervals import impossible
+from mehvar.codegen.equal.proofs.intervals import Ranges
 
 BOUNDS = {"x": (Fraction(0), None), "y": (None, Fraction(0)), "z": (None, None), "q": (Fraction(1, 4), Fraction(1, 2))}
 
@@ -30,9 +30,9 @@ IMPOSSIBLE = [("x", -1), ("x^-1", -1), ("x^3", -1), ("y^3", 1), ("z^2", -1), ("z
 @pytest.mark.parametrize(("text", "sign"), IMPOSSIBLE)
 def test_a_sign_that_bounds_exclude_is_impossible_and_the_others_are_not(text, sign):
     pool = Pool()
-    assert impossible(pool, [(node(pool, text), sign)], BOUNDS)
-    assert not impossible(pool, [(node(pool, text), -sign or 1)], BOUNDS)
-    assert not impossible(pool, [(node(pool, "z"), sign)], BOUNDS)
+    assert Ranges(pool, BOUNDS).exclude([(node(pool, text), sign)])
+    assert not Ranges(pool, BOUNDS).exclude([(node(pool, text), -sign or 1)])
+    assert not Ranges(pool, BOUNDS).exclude([(node(pool, "z"), sign)])
 
 
 def test_what_happens_at_a_point_is_not_impossible():
@@ -53,4 +53,13 @@ def test_what_happens_at_a_point_is_not_impossible():
             text, form = "*".join(f"{name}^{n}" for name, n in factors), draw.choice(("", "1-", "abs "))
             value = {"": value, "1-": 1 - value, "abs ": abs(value)}[form]
             atoms.append((node(pool, form + text), (value > 0) - (value < 0)))
-        assert not impossible(pool, atoms, BOUNDS), (values, pool.nodes, atoms)
+        assert not Ranges(pool, BOUNDS).exclude(atoms), (values, pool.nodes, atoms)
+
+
+def test_a_sum_of_unbounded_squares_is_never_negative():
+    pool = Pool()
+    squares = [pool.power(pool.intern("sym", name), Fraction(2)) for name in "uvw"]
+    ranges = Ranges(pool, {})
+    assert ranges.never_have(pool.many("add", squares), -1)
+    assert ranges.never_have(pool.many("add", [*squares, pool.number(Fraction(1, 10))]), 0)
+    assert not ranges.never_have(pool.many("add", [*squares, pool.number(Fraction(-1, 10))]), -1)

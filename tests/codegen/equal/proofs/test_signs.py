@@ -9,8 +9,9 @@ import pytest
 import sympy as sp
 
 from mehvar.codegen.equal.pool import Pool
-from mehvar.codegen.equal.proofs import intervals, linear
-from mehvar.codegen.equal.proofs.signs import Signs, splits
+from mehvar.codegen.equal.proofs import linear
+from mehvar.codegen.equal.proofs.intervals import Ranges
+from mehvar.codegen.equal.proofs.signs import Signs
 from mehvar.codegen.equal.reals import RealWorld
 from mehvar.codegen.ledger.sides import Sides
 
@@ -94,7 +95,7 @@ def test_a_condition_that_is_written_anew_has_the_same_sign(wholes):
     nodes = Sides(pool).entries(sp.Matrix(wholes))
     signs = Signs(pool, BOUNDS)
     for one, other in itertools.permutations(nodes, 2):
-        assert all(linear.impossible(pool, row, BOUNDS) for row in splits(signs, [(one, 1), (other, -1)]))
+        assert all(linear.impossible(pool, row, BOUNDS) for row in signs.splits([(one, 1), (other, -1)]))
 
 
 def test_a_window_is_the_same_signs_however_it_is_written():
@@ -106,7 +107,7 @@ def test_a_window_is_the_same_signs_however_it_is_written():
         for alternative in signs((node, 1)):
             for beyond in nodes[3:]:
                 required = [*alternative, (beyond, -1)]
-                assert linear.impossible(pool, required, {}) or intervals.impossible(pool, required, {})
+                assert linear.impossible(pool, required, {}) or Ranges(pool, {}).exclude(required)
 
 
 NEVER = [
@@ -128,13 +129,14 @@ NEVER = [
 def test_a_sign_beyond_the_range_of_a_function_is_excluded(whole, sign):
     pool = Pool()
     (node,) = Sides(pool).entries(whole)
-    proofs = (linear.impossible, intervals.impossible)
-    assert any(proof(pool, [(node, sign)], {}) for proof in proofs)
-    assert not any(proof(pool, [(node, -sign)], {}) for proof in proofs)
+    ranges = Ranges(pool, {})
+    assert linear.impossible(pool, [(node, sign)], {}) or ranges.never_have(node, sign)
+    assert not linear.impossible(pool, [(node, -sign)], {})
+    assert not ranges.never_have(node, -sign)
 
 
 def test_no_whole_number_lies_between_two():
     pool = Pool()
     (low, high) = Sides(pool).entries(sp.Matrix([sp.floor(x) - sp.Rational(9, 4), sp.Rational(5, 2) - sp.floor(x)]))
-    assert intervals.impossible(pool, [(low, 1), (high, 1)], {})
-    assert not intervals.impossible(pool, [(low, 1), (high, -1)], {})
+    assert linear.impossible(pool, [(low, 1), (high, 1)], {})
+    assert not linear.impossible(pool, [(low, 1), (high, -1)], {})

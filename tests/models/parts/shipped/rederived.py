@@ -16,7 +16,7 @@ from mehvar.codegen.diff.report import ModelStatus
 from mehvar.codegen.equal.equality import EqualityTest
 from mehvar.codegen.equal.meaning import Expression, Meaning
 from mehvar.codegen.equal.pool import Pool
-from mehvar.codegen.equal.reals import PointSampler
+from mehvar.codegen.equal.sampler import PointSampler
 from mehvar.codegen.equations.graph import equations_json
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.codegen.generate import installed_tree

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Conditions mean what they mean in Python, also chained ones."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from mehvar.base.errors import InputError
-from mehvar.runtime.batch.evaluation.conditions import Criterion
+from mehvar.runtime.batch.evaluation.conditions import Criterion, Number
 
 NUMBERS = st.sampled_from(("T_x", "abs(T_x)", "-T_x + 1", "0.5", "1", "2", "3"))
 CHAINS = st.builds(
@@ -49,8 +51,14 @@ def test_a_number_that_does_not_exist_fulfils_nothing_that_depends_on_it(text):
         assert not unknown.any()
 
 
-@pytest.mark.parametrize("text", ["(T_x < 1) < 2", "T_x < (1 < 2)", "T_x == 1 < 2", "T_x < 1 is 2", "1 < 2 < 3"])
-def test_a_comparison_of_what_is_no_number_is_refused(text):
+@pytest.mark.parametrize(
+    "text",
+    [
+        *("(T_x < 1) < 2", "T_x < (1 < 2)", "T_x == 1 < 2", "T_x < 1 is 2", "1 < 2 < 3"),
+        *("T_x", "T_x <", "1", "-T_x", "__import__('os').system('x') < 1"),
+    ],
+)
+def test_what_is_no_comparison_of_numbers_is_refused(text):
     with pytest.raises(InputError, match="must be a condition"):
         Criterion(text)
 
@@ -117,3 +125,9 @@ def test_a_number_is_read_as_python_reads_it(number, form):
     limit = float(number)
     below = np.array([0.0, limit * (1 - 1e-9), limit * (1 + 1e-9)])
     np.testing.assert_array_equal(condition({"off": below}), [True, True, False])
+
+
+@pytest.mark.parametrize("text", ["T_x**2", "T_x < 1 or 2", "2"])
+def test_a_text_that_is_no_number_is_refused_as_it_was_written(text):
+    with pytest.raises(InputError, match=rf"^cost = '{re.escape(text)}'.*: must be a number such as"):
+        Number(text, "cost")

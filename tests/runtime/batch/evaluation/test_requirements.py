@@ -13,7 +13,6 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import quad
 from scipy.special import xlogy
-from scipy.stats import binomtest
 
 import mehvar
 from mehvar.base.errors import InputError
@@ -72,13 +71,6 @@ def test_what_is_no_requirement_is_refused_by_name(text: object, part: str) -> N
     with pytest.raises(InputError, match=part) as refusal:
         read_requirements({"r": text}, UNITS, {})  # type: ignore[dict-item]
     assert "r = " in str(refusal.value) or "unknown number" in str(refusal.value)
-
-
-@given(runs=st.integers(1, 10**6), part=st.floats(0, 1), confidence=st.floats(0.5, 0.9999))
-def test_the_bound_of_a_fixed_number_is_the_exact_one(runs: int, part: float, confidence: float) -> None:
-    successes = round(part * runs)
-    expected = binomtest(successes, runs, alternative="greater").proportion_ci(confidence, method="exact").low
-    assert lower_bound(successes, runs, confidence) == pytest.approx(expected, rel=1e-8, abs=1e-12)
 
 
 @given(runs=st.integers(1, 400), part=st.floats(0, 1), share=st.floats(0.01, 0.99))

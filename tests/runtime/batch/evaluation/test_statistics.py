@@ -8,8 +8,6 @@ from typing import Any
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.stats import binomtest, sobol_indices, t
 
 import mehvar
@@ -66,16 +64,6 @@ def campaign(sampling: str = "random") -> str:
     return json.dumps({"sampling": sampling, "vary": {"a": "uniform(0, 1)", "b": "uniform(0, 1)"}})
 
 
-@given(runs=st.integers(1, 10**6), share=st.floats(0, 1))
-@settings(deadline=None, max_examples=60)
-def test_the_interval_is_the_exact_one(runs: int, share: float) -> None:
-    successes = round(share * runs)
-    low, high = interval(successes, runs)
-    expected = binomtest(successes, runs).proportion_ci(0.95, method="exact")
-    assert (low, high) == pytest.approx((expected.low, expected.high), rel=1e-8, abs=1e-12)
-    assert low <= successes / runs <= high
-
-
 def test_a_summary_counts_what_is_there(rng: np.random.Generator) -> None:
     metric = rng.normal(size=N)
     metric[[3, 500, 700]] = np.nan, np.inf, 77.0
@@ -85,6 +73,8 @@ def test_a_summary_counts_what_is_there(rng: np.random.Generator) -> None:
     result = summarise(store)
     assert result.statuses == {"done": N - 14, "limit": 10, "impossible": 4}
     assert (result.successes, result.stored, result.planned) == (N - 14, N, N)
+    exact = binomtest(N - 14, N).proportion_ci(0.95, method="exact")
+    assert (result.low, result.high) == pytest.approx((exact.low, exact.high), rel=1e-8)
     (row,) = result.rows
     finite = metric[np.isfinite(metric)]
     assert row.finite == N - 2
@@ -98,10 +88,8 @@ def test_a_summary_counts_what_is_there(rng: np.random.Generator) -> None:
         assert {low, high} <= set(ordered)
     assert row.largest == (500, np.inf)
     assert row.smallest == (int(np.nanargmin(metric)), float(np.nanmin(metric)))
-    assert (
-        worst(store, lambda block: store.read("m", [block]), 3)
-        == np.argsort(np.where(np.isnan(metric), np.inf, -metric))[:3].tolist()
-    )
+    largest = np.argsort(np.where(np.isnan(metric), np.inf, -metric))[:3]
+    assert worst(store, lambda block: store.read("m", [block]), 3) == [(run, metric[run]) for run in largest]
     assert summarise(store, "m < 0").successes == int(((metric < 0) & (status == 0)).sum())
 
 

@@ -19,14 +19,14 @@ from mehvar.cli import app
 from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.store import store as store_module
+from mehvar.runtime.batch.store import files
 from mehvar.runtime.batch.store.lock import FILE, Lock, is_abandoned, lock_owner
 from mehvar.runtime.batch.store.records import END, DamageError
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
 from tests.fuzz.campaign import in_process
 from tests.mehvar.test_effects import parameters_of
-from tests.runtime.batch.test_damage import CAMPAIGN, CHUNK, PENDULUM, contents, flip, mend
+from tests.runtime.batch.forgery import CAMPAIGN, CHUNK, PENDULUM, contents, flip, mend
 
 COMMANDS = {
     "verify": [("verify", "{}")],
@@ -98,6 +98,7 @@ def test_a_block_that_belongs_elsewhere_is_refused_by_every_reader(
 ) -> None:
     """Its digests are right; only its record says whose it is."""
     copied(whole[seed], block, store, 1)
+    assert [damage.block for damage in mehvar.verify(store).damaged] == [1]
     for line in LINES:
         status, said = in_process(*(word.format(store) for word in line))
         assert status in (1, 2), line
@@ -168,7 +169,7 @@ def test_what_is_not_whole_while_somebody_writes_is_not_called_damaged(
     assert in_process("stats", str(store))[0] == 2
 
 
-def test_metadata_that_are_being_rewritten_are_waited_for(store: Path) -> None:
+def test_metadata_that_are_being_rewritten_are_waited_for(store: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """The end of a batch that is cut short does so; what lasts longer is said to be written."""
     content = (store / "zarr.json").read_bytes()
     (store / "zarr.json").write_bytes(b"")
@@ -176,6 +177,7 @@ def test_metadata_that_are_being_rewritten_are_waited_for(store: Path) -> None:
         threading.Timer(0.3, (store / "zarr.json").write_bytes, [content]).start()
         assert open_store(store).n == 40
         (store / "zarr.json").write_bytes(b"")
+        monkeypatch.setattr("mehvar.runtime.batch.store.verification._LOOK", 0.0)
         with pytest.raises(InputError, match=r"being written by process .*: its metadata are incomplete") as refused:
             open_store(store)
         assert not isinstance(refused.value, DamageError)
@@ -208,8 +210,8 @@ def test_no_look_at_a_batch_that_is_written_says_damaged(tmp_path: Path, monkeyp
         return looked
 
     monkeypatch.setattr("mehvar.runtime.batch.store.verification._LOOK", 0.0)
-    for name in ("_force_files", "write_record", "_remove_beyond"):
-        monkeypatch.setattr(store_module, name, between(getattr(store_module, name)))
+    for name in ("force_files", "write_record", "remove_beyond"):
+        monkeypatch.setattr(files, name, between(getattr(files, name)))
     campaign = Campaign("pd", n=80, vary={"g": "uniform(1, 9)"}, options={"t_end": 0.05})
     assert run_batch(PENDULUM, campaign, out, chunk=8, until="ci(success) < 0.3").n < 80
     assert len(looks) > 12
@@ -245,8 +247,3 @@ def test_what_is_being_made_is_not_abandoned(tmp_path: Path) -> None:
     lock.release()
     (tmp_path / FILE).write_text("process 1 on nowhere\n")
     assert is_abandoned(tmp_path)
-
-
-def test_a_store_is_verified_from_python_too(store: Path, whole: dict[int, Path]) -> None:
-    copied(whole[1], 1, store, 1)
-    assert [damage.block for damage in mehvar.verify(store).damaged] == [1]

@@ -110,6 +110,7 @@ def test_numbers_arrays_and_functions_say_the_same(pendulum: runtime.Model) -> N
     equal(held, stairs)
     equal(run(pendulum, {"torque": 0.5}), run(pendulum, {"torque": ([0.0], [0.5])}))
     equal(run(pendulum, {}), run(pendulum, {"torque": 0.0}))
+    assert run(pendulum, {"torque": np.float32(0.5)}).changed["u_torque"] == 0.5
     assert run(pendulum, {"torque": ([0, 0.005], [0, 1])}).hold == 0.005  # between two samples of the result
 
 

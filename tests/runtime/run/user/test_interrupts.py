@@ -16,5 +16,5 @@ from .interrupts import campaign, runs
 )
 @pytest.mark.parametrize("kind", ["law", "memory", "inputs", "progress", "batch"])
 def test_no_interrupt_is_swallowed_or_changed(pendulum: runtime.Model, kind: str) -> None:
-    counts = campaign(runs(pendulum)[kind], 40, seed=4)
-    assert counts["raised"] == 40, counts
+    counts = campaign(runs(pendulum)[kind], 16, seed=4)
+    assert counts["raised"] == 16, counts

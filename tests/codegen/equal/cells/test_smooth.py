@@ -5,18 +5,19 @@ import pytest
 import sympy as sp
 
 from mehvar.codegen.equal import field
-from mehvar.codegen.equal.equality import EqualityTest
+from mehvar.codegen.equal.cells.smooth import SmoothTest
+from mehvar.codegen.equal.meaning import Meaning
+from mehvar.codegen.equal.points import FieldPoints
 from mehvar.codegen.equal.pool import Pool
-from mehvar.codegen.equal.reals import PointSampler
 from mehvar.codegen.ledger.sides import Sides
 
 a, x, y = sp.symbols("a x y", real=True)
 
 
-def judge_of(*sides):
+def smooth_test(*sides):
     pool = Pool()
-    equality = EqualityTest(pool, lambda _: False, PointSampler({}, frozenset()))
-    return equality, [Sides(pool).entries(side)[0] for side in sides]
+    smooth = SmoothTest(FieldPoints(pool, lambda _: False), Meaning(pool, lambda _: None))
+    return smooth, [Sides(pool).entries(side)[0] for side in sides]
 
 
 @pytest.mark.parametrize(("old", "new"), [
@@ -26,14 +27,14 @@ def judge_of(*sides):
     (sp.sqrt(3 + 2 * sp.sqrt(2)), 1 + sp.sqrt(2)),
 ])  # fmt: skip
 def test_what_a_sign_of_a_root_makes_equal_is_not_told_apart(old, new):
-    equality, sides = judge_of(old, new)
-    assert not equality._are_apart(*sides)
+    smooth, sides = smooth_test(old, new)
+    assert not smooth.are_apart(*sides)
 
 
 @pytest.mark.parametrize("root", [sp.sqrt(1 - sp.cos(a) ** 2), sp.sqrt(x) * sp.sqrt(y) + sp.sqrt(1 + x**2)])
 def test_what_no_sign_of_a_root_makes_equal_is_told_apart(root):
-    equality, sides = judge_of(root, root + sp.exp(-(10**8) * (a - 1) ** 2))
-    assert equality._are_apart(*sides)
+    smooth, sides = smooth_test(root, root + sp.exp(-(10**8) * (a - 1) ** 2))
+    assert smooth.are_apart(*sides)
 
 
 def test_all_signs_of_roots_come_once():
