@@ -61,6 +61,11 @@ class PrintedFunction:
         return self.tape.operations
 
     @property
+    def chain(self) -> int:
+        """Operations that one evaluation computes one after the other, because each needs the one before."""
+        return self.change.chain if self.change and self.by_columns else self.tape.chain
+
+    @property
     def by_columns(self) -> bool:
         """True for a Jacobian whose columns C computes as directional derivatives."""
         return not self.tape.results

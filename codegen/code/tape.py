@@ -108,6 +108,15 @@ class Tape:
         """Number of arithmetic operations, comparisons and function calls."""
         return sum(i.op not in _FREE for i in self.instructions)
 
+    @cached_property
+    def chain(self) -> int:
+        """Number of operations in the longest chain in which each needs the result of the one before."""
+        lengths = list[int]()
+        for instruction, operands in zip(self.instructions, self.operands, strict=True):
+            before = max((lengths[k] for k in operands), default=0)
+            lengths.append(before + (instruction.op not in _FREE))
+        return max(lengths, default=0)
+
     def uses(self) -> Counter[int]:
         """Count the uses of each value, including results."""
         return Counter(chain(*self.operands, *self.results))

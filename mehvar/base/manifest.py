@@ -301,13 +301,22 @@ Signature = tuple[Array, ...]
 
 @dataclass(frozen=True)
 class Function:
-    """A generated function: arguments, results, operation count, and the C file that holds it."""
+    """A generated function: arguments, results, and the C file that holds it.
+
+    Attributes
+    ----------
+    operations : int
+        Number of its operations.
+    chain : int
+        Number of operations in the longest chain in which each needs the result of the one before.
+    """
 
     name: str
     description: str
     arguments: Signature = field(metadata=json_key("args"))
     results: Signature
     operations: int
+    chain: int
     file: str
 
     @property

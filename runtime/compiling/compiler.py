@@ -6,6 +6,7 @@ from __future__ import annotations
 import functools
 import importlib.util
 import os
+import re
 import shlex
 import shutil
 import subprocess
@@ -49,8 +50,17 @@ class Compiler:
     @property
     def scheduling(self) -> tuple[str, ...]:
         """Flags with which gcc orders long straight-line code so that values stay in registers."""
-        clang = "clang" in self.version.lower() or self.flags
-        return () if clang else ("-fschedule-insns", "-fsched-pressure")
+        return () if self._clang else ("-fschedule-insns", "-fsched-pressure")
+
+    @property
+    def copies_registers(self) -> bool:
+        """True for gcc from 12 on, which can copy vectors of several registers one register at a time."""
+        version = re.search(r"(\d+)\.\d+\.\d+", self.version)
+        return not self._clang and version is not None and int(version[1]) >= 12
+
+    @property
+    def _clang(self) -> bool:
+        return "clang" in self.version.lower() or bool(self.flags)
 
 
 def find_compiler() -> Compiler | None:

@@ -50,10 +50,10 @@ static void divide_work(mv_block *b, char *work)
     mv_tally *tally = b->tally;
     const mv_signal *signal = job->signal;
     for (int m = 0; m < job->metrics; m++) {
-        const int of_extremes = mv_of_extremes(job, job->metric + m, signal);
+        const int whole = mv_whole(job, job->metric + m), of_extremes = mv_of_extremes(job, job->metric + m, signal);
         b->counts[m] = SPLAT(0);
         for (int i = 0; i < job->metric[m].signals; i++) {
-            *tally++ = (mv_tally){SPLAT(0), SPLAT(0), history, of_extremes};
+            *tally++ = (mv_tally){SPLAT(0), SPLAT(0), history, whole, of_extremes};
             if (job->metric[m].kind == MV_SETTLING_ABOUT_END) history += most_records(&job->schedule);
         }
         signal += job->metric[m].signals;
@@ -79,7 +79,7 @@ static void start(mv_block *b, const mv_job *job, int64_t first, char *work)
     b->job = job;
     b->first = first;
     b->records = 0;
-    b->t_record = SPLAT(0);
+    b->t_record = b->recorded = SPLAT(0);
     for (int e = 0; e < EVENTS; e++) b->happened[e] = SPLAT(0);
     for (int i = 0; i < COLUMNS; i++) {
         b->minimum[i] = SPLAT(MV_INFINITY);

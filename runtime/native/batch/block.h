@@ -61,6 +61,7 @@ static inline void mv_dense_sums(const mv_loop *l, real (*sums)[NQ])
 typedef struct {
     real value, previous;
     real *history;   /* of MV_SETTLING_ABOUT_END: every counted sample */
+    int whole;       /* 1 if every record counts */
     int of_extremes; /* 1 if the extremes of its column in all records tell it */
 } mv_tally;
 
@@ -71,7 +72,8 @@ typedef struct {
     uint64_t run[MEHVAR_LANES];
     real minimum[COLUMNS], maximum[COLUMNS];
     mv_tally *tally;
-    real *counts;              /* counted samples of each metric */
+    real recorded;             /* number of a lane's records */
+    real *counts;              /* of the records in the window of each metric that is a part of the run */
     double *times;             /* instants of the records */
     int64_t records;
     real t_record;             /* instant of a lane's last record */

@@ -45,14 +45,19 @@ static inline void mv_tell(mv_tally *a, const mv_metric *m, mask lanes, mask fir
     a->previous = SELECT(lanes, v, a->previous);
 }
 
+/* Return 1 if the window of a metric contains the whole run. */
+static inline int mv_whole(const mv_job *job, const mv_metric *m)
+{
+    return m->since <= job->schedule.t[0] && job->schedule.t[job->schedule.ticks - 1] <= m->until;
+}
+
 /* Return 1 if the extremes of columns in all records give a metric. */
 static inline int mv_of_extremes(const mv_job *job, const mv_metric *m, const mv_signal *signal)
 {
-    const mv_schedule *s = &job->schedule;
     if (m->kind != MV_MAX && m->kind != MV_MIN && m->kind != MV_MAX_ABS) return 0;
     for (int i = 0; i < m->signals; i++)
         if (signal[i].subtracted >= 0) return 0;
-    return m->since <= s->t[0] && s->t[s->ticks - 1] <= m->until;
+    return mv_whole(job, m);
 }
 
 static double mv_extreme(const mv_block *b, const mv_metric *m, int column, int lane)
@@ -67,17 +72,22 @@ static void mv_count(mv_block *b, mask lanes, real now)
 {
     const mv_signal *signal = b->job->signal;
     mv_tally *tally = b->tally;
+    const mask start = EQ(b->recorded, K(0));
+    b->recorded += SELECT0(lanes, SPLAT(1));
     for (int m = 0; m < b->job->metrics; m++) {
         const mv_metric *metric = b->job->metric + m;
-        const mask within = AND(LE(K(metric->since), now), LE(now, K(metric->until))), counted = AND(lanes, within);
-        if (metric->kind != MV_EVENTS && mv_any(counted)) {
-            const mask first = EQ(b->counts[m], K(0));
-            for (int i = 0; i < metric->signals && !tally->of_extremes; i++) {
+        if (metric->kind != MV_EVENTS && !tally->of_extremes) {
+            mask counted = lanes, first = start;
+            if (!tally->whole) {
+                counted = AND(lanes, AND(LE(K(metric->since), now), LE(now, K(metric->until))));
+                first = EQ(b->counts[m], K(0));
+                b->counts[m] += SELECT0(counted, SPLAT(1));
+            }
+            for (int i = 0; i < metric->signals; i++) {
                 const real v = b->loop.column[signal[i].column];
                 const real signalled = signal[i].subtracted < 0 ? v : v - b->loop.column[signal[i].subtracted];
                 mv_tell(tally + i, metric, counted, first, signalled, b->t_record, now, b->records);
             }
-            b->counts[m] += SELECT0(counted, SPLAT(1));
         }
         signal += metric->signals;
         tally += metric->signals;
@@ -146,7 +156,7 @@ static void mv_metrics(const mv_block *b, int lane, double *out)
     const mv_signal *signal = b->job->signal;
     for (int m = 0; m < b->job->metrics; m++) {
         const mv_metric *metric = b->job->metric + m;
-        const int64_t count = (int64_t)AT(b->counts[m], lane);
+        const int64_t count = (int64_t)AT(tally->whole ? b->recorded : b->counts[m], lane);
         const int open = !count || mv_open(b, metric, lane);
         out[m] = open ? __builtin_nan("") : mv_metric_value(b, metric, signal, tally, lane, count);
         if (metric->kind == MV_EVENTS) out[m] = mv_events(b, signal, metric->signals, lane);

@@ -153,13 +153,16 @@ static void mv_tick(mv_loop *l)
     const mask finite = mv_finite_row(l);
     const mask good = AND(finite, mv_good_at_tick(l));
     const mask failed = AND(l->alive, NOT(good));
-    if (due || mv_any(failed)) {
+    const int fails = mv_any(failed);
+    if (due || fails) {
         mv_complete_row(l);
         mv_record(l, due ? l->alive : failed, due);
     }
-    l->violated = SELECT(AND(l->alive, NOT(finite)), SPLAT(-1), l->violated);
-    mv_end_at_tick(l, AND(l->alive, NOT(finite)), MV_NOT_FINITE);
-    mv_end_at_tick(l, AND(l->alive, NOT(good)), MV_LIMIT);
+    if (fails) {
+        l->violated = SELECT(AND(l->alive, NOT(finite)), SPLAT(-1), l->violated);
+        mv_end_at_tick(l, AND(l->alive, NOT(finite)), MV_NOT_FINITE);
+        mv_end_at_tick(l, AND(l->alive, NOT(good)), MV_LIMIT);
+    }
     if (!last && mv_any(l->alive)) {
         if (SAMPLED && l->tick % s->hold_every == 0) mv_blend(l->alive, l->column + Z_COLUMN, l->z_next, NZ);
         mv_advance(l, s->t[l->tick + 1]);

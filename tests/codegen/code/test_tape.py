@@ -77,6 +77,11 @@ def test_operations_count_arithmetic_only():
     assert build(ca.sin(X[0]) * X[1] + 2)[0].operations == 3
 
 
+def test_the_longest_chain_leaves_out_what_can_be_computed_beside_it():
+    assert build(ca.sin(X[0]) * X[1] + ca.cos(X[2]))[0].chain == 3
+    assert build(-X[0])[0].chain == 0
+
+
 def test_sine_and_cosine_of_one_angle_are_fused():
     lines, _ = Printer(build(ca.sin(Y) + ca.cos(Y))[0], (("x", 3), ("y", None)), C).print()
     assert sum("mv_sincos" in line for line in lines) == 1

@@ -14,9 +14,11 @@ from mehvar import runtime
 from mehvar.base.manifest import METRIC_KINDS
 from mehvar.runtime import InputError
 from mehvar.runtime.batch import kernel as kernel_module
-from mehvar.runtime.batch.kernel import Block, compile_kernel, kernel_flags
+from mehvar.runtime.batch.kernel import Block, compile_kernel, kernel_flags, suitable_lanes
 from mehvar.runtime.batch.plan import Campaign, Plan
+from mehvar.runtime.batch.source import KernelLoop
 from mehvar.runtime.compiling.compiler import require_compiler
+from mehvar.runtime.compiling.processor import widest
 from mehvar.runtime.model.parameters import resolve
 from mehvar.runtime.run.options import RunOptions
 from mehvar.runtime.run.problem import Status
@@ -204,7 +206,7 @@ def test_refuses_what_it_cannot_do():
         RunOptions(profile="quick")
     with pytest.raises(InputError, match=r"real = 'float'.*a batch computes in double"):
         Plan(triangle, Campaign("path", n=1, options={"real": "float"}))
-    with pytest.raises(InputError, match=r"lanes = 3.*1, 2, 4 or 8"):
+    with pytest.raises(InputError, match=r"lanes = 3.*1, 2, 4, 8 or 16"):
         compile_kernel(triangle, "path", lanes=3)
     with pytest.raises(InputError, match=r"delay = 1.*hold"):
         Plan(triangle, Campaign("path", n=1, options={"delay": 1}))
@@ -232,3 +234,31 @@ def test_a_long_function_compiles_without_scheduling_and_keeps_its_bits(monkeypa
     assert flags - fewer == set(require_compiler().scheduling)
     assert fewer <= flags
     np.testing.assert_array_equal(short, long)
+
+
+def test_runs_of_a_law_that_is_one_chain_fill_two_registers(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Each run has the same bits, in a block that ends with idle lanes and with steps far ahead of others."""
+    vectors = dispersed("triangle", "path", 5, spread=0.5)
+    options = RunOptions(rtol=1e-8, atol=1e-8)
+    monkeypatch.setattr(kernel_module, "_copies_registers", lambda: False)
+    narrow = compile_kernel(model("triangle"), "path", options=options)
+    expected = narrow.run(0, *vectors, seed=0, t_end=4.0, dt=0.1, save_every=0.1)
+    for wide in (2 * widest(), 16):
+        monkeypatch.setattr(kernel_module, "suitable_lanes", lambda _, wide=wide: wide)
+        kernel = compile_kernel(model("triangle"), "path", options=options)
+        block = kernel.run(0, *vectors, seed=0, t_end=4.0, dt=0.1, save_every=0.1)
+        equal(block, expected, (*EXACT, "metric_values", "error"))
+
+
+def test_lanes_follow_the_longest_chain(monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.setattr(kernel_module, "_copies_registers", lambda: True)
+
+    def registers(name: str, law: str, **options: object) -> float:
+        loaded = model(name)
+        suffix, sampled = "", loaded.manifest.controller(law).period is not None
+        loop = KernelLoop(loaded.manifest, loaded.manifest.controller(law), suffix, sampled, **options)
+        return suitable_lanes(loop) / widest()
+
+    assert registers("triangle", "path", method="dop853") == registers("triangle", "sliding", method="rk4") == 2
+    assert registers("triangle", "path", method="rodas5p") == 1  # its matrices fill the registers
+    assert registers("slosh", "lyapunov-v1", method="dop853") == registers("satellite", "pd", method="dop853") == 1

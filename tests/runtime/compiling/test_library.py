@@ -243,3 +243,16 @@ def test_the_child_of_a_fork_does_not_wait_for_a_compilation_that_it_has_not(mon
     end.set()
     build.load_native()
     assert not build._BESIDE[0].is_alive()
+
+
+@pytest.mark.parametrize(
+    ("version", "copies"),
+    [
+        ("cc (Debian 12.2.0-14+deb12u1) 12.2.0", True),
+        ("gcc-14 (Ubuntu 14.2.0-4ubuntu2) 14.2.0", True),
+        ("gcc (Ubuntu 11.4.0-1ubuntu1~22.04) 11.4.0", False),
+        ("Debian clang version 14.0.6", False),
+    ],
+)
+def test_only_a_gcc_that_knows_the_flags_gets_them(version: str, copies: bool) -> None:
+    assert compiler.Compiler(("cc",), version, "PATH").copies_registers is copies

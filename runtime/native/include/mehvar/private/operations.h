@@ -2,7 +2,7 @@
 /* Operations on reals, under short names for readable code. Only .c files may include this header; headers for users must
  * not.
  *
- * MEHVAR_SMALL  when defined, larger functions are called instead of inlined
+ * MEHVAR_SMALL  when defined, larger functions of one lane are called instead of inlined
  * MEHVAR_NO_LIBM  when defined, square roots and remainders call no C library: in float, one number at a time
  *
  * Nothing branches on data, so each lane gets the same bits at every number of lanes and from every compiler that keeps
@@ -57,7 +57,9 @@ typedef uint64_t mv_word;
 #define MV_NAN K(NAN)
 #endif
 
-#if defined MEHVAR_SMALL && defined __GNUC__
+#if MEHVAR_LANES > 1 /* a call would spill every vector register */
+#define MV_LARGE __attribute__((always_inline)) static inline
+#elif defined MEHVAR_SMALL && defined __GNUC__
 #define MV_LARGE static __attribute__((noinline, unused))
 #else
 #define MV_LARGE static inline
@@ -95,7 +97,7 @@ static inline real mv_sqrt(real x) { return MV_SCALAR(sqrt)(x); }
 typedef mv_word mv_bits __attribute__((vector_size(MEHVAR_LANES * MV_BYTES)));
 typedef __typeof__((real){0} < (real){0}) mask;
 
-/* gcc compares vectors longer than the machine's one lane at a time, so they are compared in parts. */
+/* gcc compares and fills vectors longer than the machine's one lane at a time, so both are done in parts. */
 #if defined __clang__ || defined __AVX512F__
 #define MV_MACHINE_BYTES 64
 #elif defined __AVX__
@@ -112,11 +114,13 @@ typedef scalar mv_part __attribute__((vector_size(MV_PART_BYTES), may_alias));
 typedef __typeof__((mv_part){0} < (mv_part){0}) mv_part_plain_mask;
 typedef mv_part_plain_mask mv_part_mask __attribute__((may_alias));
 
+#define MV_PARTS (MEHVAR_LANES * MV_BYTES / MV_PART_BYTES)
+
 #define MV_DEFINE_COMPARISON(name, operator)                                                                         \
     static inline mask name(real a, real b)                                                                          \
     {                                                                                                                \
         mask m;                                                                                                      \
-        for (int i = 0; i < MEHVAR_LANES * MV_BYTES / MV_PART_BYTES; i++)                                            \
+        for (int i = 0; i < MV_PARTS; i++)                                                                           \
             ((mv_part_mask *)&m)[i] = ((const mv_part *)&a)[i] operator ((const mv_part *)&b)[i];                    \
         return m;                                                                                                    \
     }
@@ -125,9 +129,17 @@ MV_DEFINE_COMPARISON(mv_less_equal, <=)
 MV_DEFINE_COMPARISON(mv_equal, ==)
 MV_DEFINE_COMPARISON(mv_not_equal, !=)
 
-/* x - 0 is x, also for -0, and makes a scalar as wide as a real */
-#define MV_WIDE(a) ((a) - (real){0})
-#define SPLAT(c) MV_WIDE(K(c))
+/* x - 0 is x, also for -0, and makes a scalar as wide as a part */
+static inline real mv_splat(scalar x)
+{
+    real v;
+    for (int i = 0; i < MV_PARTS; i++) ((mv_part *)&v)[i] = x - (mv_part){0};
+    return v;
+}
+static inline real mv_same(real x) { return x; }
+
+#define SPLAT(c) mv_splat(K(c))
+#define MV_WIDE(a) _Generic((a), real: mv_same, default: mv_splat)(a)
 #define LT(a, b) mv_less(MV_WIDE(a), MV_WIDE(b))
 #define LE(a, b) mv_less_equal(MV_WIDE(a), MV_WIDE(b))
 #define EQ(a, b) mv_equal(MV_WIDE(a), MV_WIDE(b))

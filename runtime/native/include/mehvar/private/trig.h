@@ -99,12 +99,7 @@ static inline mv_reduced mv_reduce(real x)
     return (mv_reduced){r, sine_rest, most, cosine_rest, turns};
 }
 
-#if MEHVAR_LANES > 1
-__attribute__((always_inline)) static inline /* a call would spill every vector register */
-#else
-MV_LARGE
-#endif
-void mv_sincos(real x, real *sine, real *cosine)
+MV_LARGE void mv_sincos(real x, real *sine, real *cosine)
 {
     const mv_reduced v = mv_reduce(x);
     const real s = v.sine + v.sine_rest, c = v.cosine + v.cosine_rest;
