@@ -158,6 +158,7 @@ def serve(place: str) -> list[str] | None:
     """Fork a process for each command until the standard input ends; in each fork, return the arguments."""
     gc.disable()
     load()
+    os.fsync = lambda _: None  # as tests/conftest.py
     sys.executable = str(Path(place).with_name("python"))
     multiprocessing.spawn.set_executable(sys.executable)
     gc.freeze()  # what is shared is not copied for the sake of its counters

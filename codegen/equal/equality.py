@@ -161,19 +161,17 @@ class EqualityTest:
         )
 
     def _by_parts(self, old: int, new: int) -> Verdict:
-        """Decide by cells, first by points, then with free numbers in place of common parts."""
-        cells = self._cells(old, new)
+        """Decide by cells with equal parts merged, if needed with free numbers in place of common parts."""
+        sides = self._shared.united(old, new)
+        if sides[0] == sides[1]:
+            return Verdict(True, "the same expression with equal parts merged")
+        cells = self._cells(*sides)
         if outcome := cells.walk():
             return outcome
-        simple = self._shared.united(old, new)
-        if simple[0] == simple[1]:
-            return Verdict(True, "the same expression with equal parts merged")
-        united = self._cells(*simple)
-        if united.are_proved():
-            return united.settle()
-        *simpler, points = self._shared.freed(*simple)
-        if simpler != [old, new] and (verdict := self._by_cells(*simpler)).equal:
-            return replace(verdict, points=min(filter(None, (points, verdict.points)), default=0))
+        if not cells.are_proved():
+            *simpler, points = self._shared.freed(*sides)
+            if tuple(simpler) != sides and (verdict := self._by_cells(*simpler)).equal:
+                return replace(verdict, points=min(filter(None, (points, verdict.points)), default=0))
         return cells.settle()
 
     def _by_cells(self, old: int, new: int) -> Verdict:

@@ -14,7 +14,7 @@ from mehvar.base.units import pretty_unit
 from mehvar.pictures.spread import Runs, convergence_picture, metrics_picture, region_picture
 from mehvar.pictures.style import case_text, require_matplotlib, style
 from mehvar.runtime.batch.blocks import STATUS_TEXT
-from mehvar.runtime.batch.evaluation.conditions import Criterion
+from mehvar.runtime.batch.evaluation.conditions import Criterion, Number
 from mehvar.runtime.batch.evaluation.sensitivity import KINDS, Sensitivity, sensitivities, tables
 from mehvar.runtime.batch.evaluation.statistics import (
     NO_INTERVAL,
@@ -214,7 +214,7 @@ def _failed(runs: Runs) -> tuple[list[int], list[str], bool]:
     names = sorted(criterion.names - {"status"})
     match criterion.nested():
         case ["and", ["<" | "<=" | ">" | ">=" as sign, _, float() | int()]]:
-            left = criterion.left()({name: runs.column(name) for name in names})[failed]
+            left = Number(runs.condition.partition(sign)[0], "success")(runs.column)[failed]
             beyond = np.where(np.isnan(left), math.inf, left if sign in ("<", "<=") else -left)
             return failed[np.argsort(-beyond, kind="stable")].tolist(), names, True
     return failed.tolist(), names, False

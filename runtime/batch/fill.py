@@ -35,6 +35,7 @@ from .evaluation.requirements import DECIDED, DecisionRule, checked_confidence, 
 from .evaluation.statistics import Rule, StopRule, Success
 from .numerics import other_numerics
 from .plan import Campaign, Plan
+from .store.attributes import IDENTITY
 from .store.layout import STATUS, Layout
 from .store.store import Store, create
 from .store.store import resume as resume_store
@@ -216,7 +217,7 @@ def _opened(
     layout = _layout(plan, blocks, chunk, rules)
     if path is None or not resume or not path.exists():
         return create(path, layout)
-    store = resume_store(path, layout, lambda attributes: _compare(str(path), attributes, layout.identity))
+    store = resume_store(path, layout, lambda attributes: _compare(str(path), attributes, layout.attributes))
     if chunk not in (None, store.chunk):
         raise bad_value("chunk", chunk, f"left out, or {store.chunk} as in {store.name}", plan.origin)
     return store
@@ -226,35 +227,34 @@ def _layout(plan: Plan, blocks: Blocks, chunk: int | None, rules: dict[str, str]
     """Return the layout of a store: its arrays, what identifies its numbers, and what describes them."""
     variables = blocks.variables()
     check_names(variables)
-    manifest, campaign, facts = plan.model.manifest, plan.campaign, plan.facts()
+    manifest, campaign = plan.model.manifest, plan.campaign
     bytes_per_run = sum(np.dtype(v.dtype).itemsize * max(v.size, 1) for v in variables)
     return Layout(
         n=campaign.n,
         chunk=chunk or _chunk(campaign.n, bytes_per_run, blocks.samples, bool(rules["until"])),
         variables=variables,
         coordinates=blocks.coordinates(),
-        identity={
-            **{name: facts.pop(name) for name in ("model", "model_hash")},
-            **{"campaign": campaign.json_text(), **rules, "numerics": blocks.numerics},
-            **({} if plan.own is None else {"law": plan.own.text}),
-        },
         attributes={
             "title": f"{manifest.title}: {plan.law.title}",
             "model_source": _source(plan.model),
-            **facts,
+            **plan.facts(),
             "metrics": json.dumps([metric.name for metric in blocks.metrics]),
             "profile": plan.options.profile,
             "flags": blocks.provenance["flags"],
             "compiler": blocks.provenance["compiler"],
             "versions": json.dumps({**manifest.versions, **versions()}),
+            "campaign": campaign.json_text(),
+            **rules,
+            "numerics": blocks.numerics,
+            **({} if plan.own is None else {"law": plan.own.text}),
         },
     )
 
 
-def _compare(store: str, attributes: Mapping[str, Any], identity: Mapping[str, str]) -> None:
+def _compare(store: str, there: Mapping[str, Any], here: Mapping[str, Any]) -> None:
     """Refuse to continue a store of another batch; the message names the difference."""
-    for name, value in identity.items():
-        stored = attributes.get(name, "")
+    for name in IDENTITY:
+        stored, value = there.get(name, ""), here.get(name, "")
         if stored == value:
             continue
         if name == "numerics":

@@ -46,7 +46,7 @@ def python(code: str, folder: Path, *arguments: str, **environment: str) -> str:
     done = subprocess.run(
         [sys.executable, "-c", code, *arguments],
         cwd=folder,
-        env={**os.environ, "PYTHONPATH": str(ROOT), **environment},
+        env={**os.environ, "PYTHONPATH": str(ROOT), "SYMPY_CACHE_SIZE": "1000", **environment},  # SymPy's own size
         capture_output=True,
         text=True,
         check=True,

@@ -13,7 +13,6 @@ FOLDER = "my محور work"
 NAMED_ALIKE = ("models", "runtime", "codegen", "generated", "papers")
 ALONE: tuple[tuple[str, int], ...] = (
     ("mehvar --version", 0),
-    ("mehvar list", 0),
     ("python -m mehvar list", 0),
 )
 """Commands in separate processes, with their exit status."""

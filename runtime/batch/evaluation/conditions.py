@@ -58,29 +58,22 @@ _DEEPEST = 100
 """Largest depth of a condition: far more than users need, and a tenth of the depth of Python's stack."""
 _STATUS = "status"
 _WORDS = {status.name.lower(): int(status) for status in Status}
-_USAGE = "a condition such as 'T_theta < 20 and final(rho) < 0.01'"
 
 
-class Criterion:
-    """A condition that is evaluated for many runs at once.
+class _Expression:
+    """Reader of a text with names of one number per run.
 
-    Parameters
+    Attributes
     ----------
     text : str
-        Comparisons (< <= > >=) of sums and products of numbers, abs(...), and names of one number per run; `and`,
-        `or`, `not` join them. `final(NAME)`, `minimum(NAME)`, `maximum(NAME)` take a variable of the runs,
-        `events(NAME)` counts an event. `status == WORD` and `status != WORD` test how a run ended. Otherwise `==`
-        and `!=` accept only counts and whole numbers.
-    origin : str
-        Origin of the text in error messages.
-
-    Raises
-    ------
-    InputError
-        If the text is not a condition, or a run lacks a named number.
+        The text.
+    names : set of str
+        The names.
     """
 
-    def __init__(self, text: str, origin: str = "success") -> None:
+    _usage: str
+
+    def __init__(self, text: str, origin: str) -> None:
         self.text, self._origin = text, origin
         self.names: set[str] = set()
         self._quantities: dict[str, _Quantity] = {}
@@ -89,49 +82,16 @@ class Criterion:
             tree = parsed(plain)
         except ValueError:
             raise self._refused() from None
-        _check_depth(tree, self._refused)
+        if _is_deep(tree):
+            raise self._refused(f"{self._usage}, of at most {_DEEPEST} levels")
         self._tree = tree
-        self._truth = self._condition(tree)
+        self._value = self._read(tree)
         if not self.names:
-            raise self._refused(f"{_USAGE}: this condition does not contain a result of a run")
+            raise self._refused(f"{self._usage}: this text does not contain a result of a run")
 
-    def __call__(self, values: Values) -> NDArray[np.bool_]:
-        """Return True for runs that fulfil the condition; `values` contains every name of `names`.
-
-        A comparison with NaN is neither true nor false, so that neither `x < 1` nor `not x < 1` holds for it.
-        """
-        with np.errstate(all="ignore"):
-            return self._truth(values)[0]
-
-    def succeeds(self, status: NDArray[Any], column: Callable[[str], NDArray[Any]]) -> NDArray[np.bool_]:
-        """Return True for complete runs that fulfil the condition; a condition on the status may accept others.
-
-        Parameters
-        ----------
-        status : array
-            How each run ended.
-        column : callable
-            Returns one number of each run by name.
-        """
-        counted = tuple(Status) if _STATUS in self.names else COMPLETE
-        holds = self({name: status if name == _STATUS else column(name) for name in self.names})
-        return np.isin(status, counted) & holds
-
-    def check(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
-        """Refuse unknown names, names without a number, and comparisons of different units.
-
-        Parameters
-        ----------
-        units : mapping of str to str
-            Unit of each number of a run, by name.
-        notes : mapping of str to str
-            Reasons why some names have no number.
-        """
-        self.check_names(units, notes)
-        for node in ast.walk(self._tree):
-            if isinstance(node, ast.Compare) and _name(node.left) != _STATUS:
-                for one, other in itertools.pairwise((node.left, *node.comparators)):
-                    self._alike(one, other, units)
+    def _read(self, node: ast.expr) -> Callable[[Values], Any]:
+        """Return the evaluator of the text for many runs."""
+        raise NotImplementedError
 
     def check_names(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
         """Raise InputError for unknown names and names without a number; units are not checked."""
@@ -142,55 +102,6 @@ class Criterion:
                 raise bad_value(
                     self._origin, self.text, f"a condition on numbers that the runs have: {name} is {notes[name]}"
                 )
-
-    def units(self, units: Mapping[str, str]) -> str:
-        """Return the units of the named numbers, as in "T_x in s", if the condition itself has none."""
-        named = ((name, units.get(name, "1")) for name in sorted(self.names) if not self._quantities)
-        return ", ".join(f"{name} in {unit}" for name, unit in named if unit not in ("", "1"))
-
-    def left(self) -> Callable[[Values], Any]:
-        """Return the evaluator of the left side of a condition with a single comparison."""
-        return self._number(self._compared())
-
-    def unit(self, units: Mapping[str, str]) -> str | None:
-        """Return the unit of the left side of a condition with a single comparison; None for a plain number."""
-        self.check(units, {})
-        kind = self._kind(self._compared(), units)
-        return None if kind is None else kind.unit
-
-    def nested(self) -> list[Any]:
-        """Return the condition as nested lists, operator first, for programs without this grammar; names are texts."""
-        nested: list[Any] = self._nested(self._tree)
-        return nested
-
-    def _nested(self, node: ast.expr) -> Any:
-        """Return a part of the condition as nested lists; chained comparisons become comparisons of pairs."""
-        if (name := _name(node)) is not None:
-            return self._quantities[name].value if name in self._quantities else name
-        match node:
-            case ast.BoolOp(op=op, values=nodes):
-                return [_SIGNS[type(op)], *map(self._nested, nodes)]
-            case ast.UnaryOp(op=op, operand=inner):
-                return [_SIGNS[type(op)], self._nested(inner)]
-            case ast.BinOp(left=left, op=op, right=right):
-                return [_SIGNS[type(op)], self._nested(left), self._nested(right)]
-            case ast.Compare(left=left, ops=ops, comparators=rest):
-                words = _WORDS if _name(left) == _STATUS else {}
-                sides = [
-                    words.get(side, side) if isinstance(side, str) else side
-                    for side in map(self._nested, (left, *rest))
-                ]
-                return ["and", *map(list, zip((_SIGNS[type(op)] for op in ops), sides, sides[1:], strict=False))]
-            case ast.Call(args=[inner]):
-                return ["abs", self._nested(inner)]
-        return ast.literal_eval(node)
-
-    def _compared(self) -> ast.expr:
-        """Return the left side of a condition with a single comparison; refuse other conditions."""
-        match self._tree:
-            case ast.Compare(left=left, ops=[op]) if type(op) in _COMPARISONS:
-                return left
-        raise self._refused("a single comparison whose left side is a numeric result of a run")
 
     def _alike(self, one: ast.expr, other: ast.expr, units: Mapping[str, str]) -> _Kind | None:
         """Return the common kind of two compared or added numbers; None for plain numbers, which fit every kind."""
@@ -225,43 +136,8 @@ class Criterion:
         names = re.compile("|".join(map(re.escape, self._quantities)) or "$^")
         return names.sub(lambda match: self._quantities[match[0]].text, ast.unparse(node))
 
-    def _refused(self, allowed: str = _USAGE) -> InputError:
-        return bad_value(self._origin, self.text, allowed)
-
-    def _condition(self, node: ast.expr) -> Callable[[Values], _Truth]:
-        """Return the evaluator of a node that is true or false."""
-        match node:
-            case ast.BoolOp(op=op, values=nodes):
-                parts = [self._condition(part) for part in nodes]
-                join = _conjunction if isinstance(op, ast.And) else _disjunction
-                return lambda values: functools.reduce(join, (part(values) for part in parts))
-            case ast.UnaryOp(op=ast.Not(), operand=operand):
-                inner = self._condition(operand)
-                return lambda values: inner(values)[::-1]
-            case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in _EQUALITIES:
-                name, equal, other = _name(left) or "", _EQUALITIES[type(op)], self._whole(left, right)
-                self.names.add(name)
-                return lambda values: _comparison(equal, values[name], other)
-            case ast.Compare(left=left, ops=ops, comparators=rest) if all(type(op) in _COMPARISONS for op in ops):
-                numbers = [self._number(part) for part in (left, *rest)]
-                pairs = list(zip([_COMPARISONS[type(op)] for op in ops], numbers, numbers[1:], strict=False))
-                return lambda values: functools.reduce(
-                    _conjunction, (_comparison(compare, a(values), b(values)) for compare, a, b in pairs)
-                )
-        raise self._refused()
-
-    def _whole(self, left: ast.expr, right: ast.expr) -> int:
-        """Return the integer with which a status or count is compared."""
-        name = _name(left) or ""
-        match right:
-            case ast.Name(id=word) if name == _STATUS and word in _WORDS:
-                return _WORDS[word]
-            case ast.Constant(value=int() as value) if name.startswith("events(") and not isinstance(value, bool):
-                return value
-        raise self._refused(
-            f"a condition in which == and != compare only the status with one of {', '.join(_WORDS)}, "
-            "or a count with a whole number, as in 'status == event and events(NAME) == 1'"
-        )
+    def _refused(self, allowed: str | None = None) -> InputError:
+        return bad_value(self._origin, self.text, allowed or self._usage)
 
     def _number(self, node: ast.expr) -> _Value:
         """Return the evaluator of a node with one number per run."""
@@ -295,10 +171,141 @@ class Criterion:
         with contextlib.suppress(OverflowError):
             if math.isfinite(value):
                 return float(value)
-        raise self._refused(f"{_USAGE}, with numbers up to {sys.float_info.max:.3g}")
+        raise self._refused(f"{self._usage}, with numbers up to {sys.float_info.max:.3g}")
 
 
-class Number:
+class Criterion(_Expression):
+    """A condition that is evaluated for many runs at once.
+
+    Parameters
+    ----------
+    text : str
+        Comparisons (< <= > >=) of sums and products of numbers, abs(...), and names of one number per run; `and`,
+        `or`, `not` join them. `final(NAME)`, `minimum(NAME)`, `maximum(NAME)` take a variable of the runs,
+        `events(NAME)` counts an event. `status == WORD` and `status != WORD` test how a run ended. Otherwise `==`
+        and `!=` accept only counts and whole numbers.
+    origin : str
+        Origin of the text in error messages.
+
+    Raises
+    ------
+    InputError
+        If the text is not a condition, or a run lacks a named number.
+    """
+
+    _usage = "a condition such as 'T_theta < 20 and final(rho) < 0.01'"
+
+    def __init__(self, text: str, origin: str = "success") -> None:
+        super().__init__(text, origin)
+
+    def __call__(self, values: Values) -> NDArray[np.bool_]:
+        """Return True for runs that fulfil the condition; `values` contains every name of `names`.
+
+        A comparison with NaN is neither true nor false, so that neither `x < 1` nor `not x < 1` holds for it.
+        """
+        with np.errstate(all="ignore"):
+            holds: NDArray[np.bool_] = self._value(values)[0]
+            return holds
+
+    def succeeds(self, status: NDArray[Any], column: Callable[[str], NDArray[Any]]) -> NDArray[np.bool_]:
+        """Return True for complete runs that fulfil the condition; a condition on the status may accept others.
+
+        Parameters
+        ----------
+        status : array
+            How each run ended.
+        column : callable
+            Returns one number of each run by name.
+        """
+        counted = tuple(Status) if _STATUS in self.names else COMPLETE
+        holds = self({name: status if name == _STATUS else column(name) for name in self.names})
+        return np.isin(status, counted) & holds
+
+    def check(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
+        """Refuse unknown names, names without a number, and comparisons of different units.
+
+        Parameters
+        ----------
+        units : mapping of str to str
+            Unit of each number of a run, by name.
+        notes : mapping of str to str
+            Reasons why some names have no number.
+        """
+        self.check_names(units, notes)
+        for node in ast.walk(self._tree):
+            if isinstance(node, ast.Compare) and _name(node.left) != _STATUS:
+                for one, other in itertools.pairwise((node.left, *node.comparators)):
+                    self._alike(one, other, units)
+
+    def units(self, units: Mapping[str, str]) -> str:
+        """Return the units of the named numbers, as in "T_x in s", if the condition itself has none."""
+        named = ((name, units.get(name, "1")) for name in sorted(self.names) if not self._quantities)
+        return ", ".join(f"{name} in {unit}" for name, unit in named if unit not in ("", "1"))
+
+    def nested(self) -> list[Any]:
+        """Return the condition as nested lists, operator first, for programs without this grammar; names are texts."""
+        nested: list[Any] = self._nested(self._tree)
+        return nested
+
+    def _nested(self, node: ast.expr) -> Any:
+        """Return a part of the condition as nested lists; chained comparisons become comparisons of pairs."""
+        if (name := _name(node)) is not None:
+            return self._quantities[name].value if name in self._quantities else name
+        match node:
+            case ast.BoolOp(op=op, values=nodes):
+                return [_SIGNS[type(op)], *map(self._nested, nodes)]
+            case ast.UnaryOp(op=op, operand=inner):
+                return [_SIGNS[type(op)], self._nested(inner)]
+            case ast.BinOp(left=left, op=op, right=right):
+                return [_SIGNS[type(op)], self._nested(left), self._nested(right)]
+            case ast.Compare(left=left, ops=ops, comparators=rest):
+                words = _WORDS if _name(left) == _STATUS else {}
+                sides = [
+                    words.get(side, side) if isinstance(side, str) else side
+                    for side in map(self._nested, (left, *rest))
+                ]
+                return ["and", *map(list, zip((_SIGNS[type(op)] for op in ops), sides, sides[1:], strict=False))]
+            case ast.Call(args=[inner]):
+                return ["abs", self._nested(inner)]
+        return ast.literal_eval(node)
+
+    def _read(self, node: ast.expr) -> Callable[[Values], _Truth]:
+        """Return the evaluator of a node that is true or false."""
+        match node:
+            case ast.BoolOp(op=op, values=nodes):
+                parts = [self._read(part) for part in nodes]
+                join = _conjunction if isinstance(op, ast.And) else _disjunction
+                return lambda values: functools.reduce(join, (part(values) for part in parts))
+            case ast.UnaryOp(op=ast.Not(), operand=operand):
+                inner = self._read(operand)
+                return lambda values: inner(values)[::-1]
+            case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in _EQUALITIES:
+                name, equal, other = _name(left) or "", _EQUALITIES[type(op)], self._whole(left, right)
+                self.names.add(name)
+                return lambda values: _comparison(equal, values[name], other)
+            case ast.Compare(left=left, ops=ops, comparators=rest) if all(type(op) in _COMPARISONS for op in ops):
+                numbers = [self._number(part) for part in (left, *rest)]
+                pairs = list(zip([_COMPARISONS[type(op)] for op in ops], numbers, numbers[1:], strict=False))
+                return lambda values: functools.reduce(
+                    _conjunction, (_comparison(compare, a(values), b(values)) for compare, a, b in pairs)
+                )
+        raise self._refused()
+
+    def _whole(self, left: ast.expr, right: ast.expr) -> int:
+        """Return the integer with which a status or count is compared."""
+        name = _name(left) or ""
+        match right:
+            case ast.Name(id=word) if name == _STATUS and word in _WORDS:
+                return _WORDS[word]
+            case ast.Constant(value=int() as value) if name.startswith("events(") and not isinstance(value, bool):
+                return value
+        raise self._refused(
+            f"a condition in which == and != compare only the status with one of {', '.join(_WORDS)}, "
+            "or a count with a whole number, as in 'status == event and events(NAME) == 1'"
+        )
+
+
+class Number(_Expression):
     """A number of each run: sums and products of numbers, abs(...), and the names of conditions.
 
     Parameters
@@ -312,22 +319,22 @@ class Number:
         If the text is no such number.
     """
 
-    def __init__(self, text: str, origin: str) -> None:
-        self._sign = Criterion(f"{text} < 0", origin)
+    _usage = "a number such as '2*T_theta + abs(final(rho))'"
 
     def __call__(self, column: Callable[[str], NDArray[Any]]) -> NDArray[np.float64]:
         """Return the number of each run; `column` returns a named number of each run."""
-        values = {name: column(name) for name in self._sign.names}
+        values = {name: column(name) for name in self.names}
         with np.errstate(all="ignore"):
-            return np.asarray(self._sign.left()(values), dtype=np.float64)
+            return np.asarray(self._value(values), dtype=np.float64)
 
     def unit(self, units: Mapping[str, str]) -> str | None:
-        """Return the unit of the number; None for a product of several units."""
-        return self._sign.unit(units)
+        """Return the unit of the number; None for a plain number."""
+        self.check_names(units, {})
+        kind = self._kind(self._tree, units)
+        return None if kind is None else kind.unit
 
-    def check_names(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
-        """Raise InputError for unknown names and names without a number."""
-        self._sign.check_names(units, notes)
+    def _read(self, node: ast.expr) -> _Value:
+        return self._number(node)
 
 
 @dataclass(frozen=True)
@@ -385,14 +392,12 @@ def _times(one: _Kind | None, other: _Kind | None, power: int) -> _Kind | None:
     return _Kind(unit_text(whole), whole, None)
 
 
-def _check_depth(tree: ast.expr, refused: Callable[[str], InputError]) -> None:
-    """Refuse an expression that is too deep for the recursive functions."""
+def _is_deep(tree: ast.expr) -> bool:
+    """Return True for an expression that is too deep for the recursive functions."""
     level: list[ast.AST] = [tree]
     for _ in range(_DEEPEST):
         level = [child for node in level for child in ast.iter_child_nodes(node)]
-        if not level:
-            return
-    raise refused(f"{_USAGE}, of at most {_DEEPEST} levels")
+    return bool(level)
 
 
 def _name(node: ast.expr) -> str | None:

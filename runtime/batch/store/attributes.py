@@ -86,14 +86,10 @@ class _Require:
     confidence: float
 
 
-def batch_hash(identity: Mapping[str, Any], chunk: int) -> str:
+def batch_hash(attributes: Mapping[str, Any], chunk: int) -> str:
     """Return a hash of everything common to all blocks, and of the runs per block."""
+    identity = {name: attributes[name] for name in IDENTITY if name in attributes}
     return digest(json.dumps([identity, chunk], sort_keys=True).encode())
-
-
-def identity_of(attributes: Mapping[str, Any]) -> dict[str, Any]:
-    """Return the attributes that all blocks have in common."""
-    return {name: attributes[name] for name in IDENTITY if name in attributes}
 
 
 def check_group(attributes: Mapping[str, Any], arrays: Mapping[str, Array]) -> None:

@@ -71,23 +71,20 @@ class Layout:
         Variables of each run; `status` is one of them.
     coordinates : mapping
         Names and instants along second dimensions, by dimension.
-    identity : mapping of str to str
-        All that blocks have in common; a store is continued only with equal identity.
     attributes : mapping
-        Other attributes of the group; any JSON values.
+        Attributes of the group, any JSON values. A store is continued only with the same `IDENTITY` among them.
     """
 
     n: int
     chunk: int
     variables: Sequence[Variable]
     coordinates: Mapping[str, Coordinate]
-    identity: Mapping[str, str] = field(default_factory=dict)
     attributes: Mapping[str, Any] = field(default_factory=dict)
 
     @property
     def batch(self) -> str:
         """Hash of the identity, which every record contains."""
-        return batch_hash(self.identity, self.chunk)
+        return batch_hash(self.attributes, self.chunk)
 
     @property
     def blocks(self) -> int:
@@ -101,7 +98,7 @@ class Layout:
     def files(self) -> dict[str, bytes]:
         """Return all files except those of blocks, and records, by name."""
         names = [variable.name for variable in self.variables]
-        attributes = {**dict(zip(NAMES, (FORMAT, names), strict=True)), **self.attributes, **self.identity}
+        attributes = {**dict(zip(NAMES, (FORMAT, names), strict=True)), **self.attributes}
         arrays = {variable.name: variable.array(self.n, self.chunk) for variable in self.variables}
         arrays |= {name: coordinate.array(name) for name, coordinate in self.coordinates.items()}
         files = {ROOT: text(group_metadata(attributes, arrays))}

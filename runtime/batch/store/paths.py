@@ -50,7 +50,9 @@ def clear_path(folder: Path, name: str) -> None:
         if place.is_symlink() or (place.exists() and not place.is_dir()):
             place.unlink()
     target = folder / name
-    if target.is_dir() and not target.is_symlink():
+    if not os.path.lexists(target):
+        return
+    if _kind(target):
+        target.unlink()
+    elif target.is_dir():
         shutil.rmtree(target)
-    elif _kind(target):
-        target.unlink(missing_ok=True)

@@ -12,7 +12,7 @@ import json
 import os
 import re
 import secrets
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -98,10 +98,10 @@ class Records:
         clear_path(self.folder, name)
         (self.folder / name).unlink(missing_ok=True)
 
-    def intact(self) -> list[Record]:
-        """Return all intact records, of this batch or another."""
+    def intact(self) -> Iterator[Record]:
+        """Yield the intact records, of this batch or another."""
         records = map(read_record, (self.folder / FOLDER).glob("*.json"))
-        return [record for record in records if record is not None]
+        return (record for record in records if record is not None)
 
     def _read(self, name: str) -> Record | str | None:
         place = self.folder / name

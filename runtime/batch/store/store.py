@@ -437,11 +437,11 @@ def _layout_there(
         If the intact part of the folder does not identify it as this batch.
     """
     records, damage = own_files(path)
-    intact = records.intact()
+    intact = list(records.intact())
     if records.store is not None and ROOT not in damage:
         attributes, _ = stored_group(path, records.store)
         compare(attributes)
-        own = {name: value for name, value in attributes.items() if name not in (*layout.identity, *NAMES)}
+        own = {name: value for name, value in attributes.items() if name not in NAMES}
         layout = replace(layout, chunk=records.store.about["chunk"], attributes=own)
     elif intact:
         layout = replace(layout, chunk=intact[0].about["chunk"])

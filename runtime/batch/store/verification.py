@@ -14,7 +14,7 @@ from mehvar.base.errors import InputError, bad_value
 from mehvar.base.schema import SchemaError
 
 from .arrays import ROOT, Array, read_group
-from .attributes import batch_hash, check_group, identity_of
+from .attributes import batch_hash, check_group
 from .lock import FILE as LOCK
 from .lock import lock_owner
 from .paths import entries, is_plain, special_files
@@ -199,7 +199,7 @@ def own_files(folder: Path) -> tuple[Records, dict[str, str]]:
     """
     check_format(folder / STORE)
     records = Records(folder)
-    if not records.intact():
+    if next(records.intact(), None) is None:
         try:
             stored_group(folder, None)
         except InputError as error:
@@ -219,7 +219,7 @@ def stored_group(folder: Path, record: Record | None) -> tuple[dict[str, Any], d
     try:
         attributes, arrays = read_group((folder / ROOT).read_bytes() if is_plain(folder, ROOT) else None)
         check_group(attributes, arrays)
-        if record is not None and batch_hash(identity_of(attributes), record.about["chunk"]) != record.about["batch"]:
+        if record is not None and batch_hash(attributes, record.about["chunk"]) != record.about["batch"]:
             raise SchemaError(": do not match its records, which are of another batch", "its attributes")
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{folder} is not a batch store: {' '.join(str(error).split())}") from error

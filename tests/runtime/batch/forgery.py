@@ -11,7 +11,7 @@ from typing import Any
 
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-from mehvar.runtime.batch.store.attributes import IDENTITY, batch_hash
+from mehvar.runtime.batch.store.attributes import batch_hash
 from mehvar.runtime.batch.store.records import END, STORE, block_record, digest, file_digest
 
 PENDULUM = Path(__file__).parents[1] / "pendulum"
@@ -32,8 +32,7 @@ def seal(store: Path, **about: Any) -> None:
     names = [STORE, *(block_record(b) for b in range(999) if (store / block_record(b)).exists()), END]
     for name in names:
         facts = json.loads((store / name).read_bytes())
-        identity = {key: attributes[key] for key in IDENTITY if key in attributes}
-        facts["about"] |= {"batch": batch_hash(identity, facts["about"]["chunk"]), **about}
+        facts["about"] |= {"batch": batch_hash(attributes, facts["about"]["chunk"]), **about}
         facts["files"] = {file: file_digest(store / file) for file in facts["files"]}
         facts.pop("sha256")
         content = json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False) + "\n"

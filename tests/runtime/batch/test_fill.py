@@ -241,6 +241,15 @@ def test_another_batch_is_not_continued(
     assert contents(out) == before
 
 
+def test_a_batch_with_requirements_is_not_continued_without_them(triangle: runtime.Model, tmp_path: Path) -> None:
+    """Its records would be those of another batch."""
+    out, campaign = tmp_path / "runs.zarr", replace(TRIANGLE, save_every=None)
+    run_batch(triangle, campaign, out, require={"r": "quantile(0.5, t_stop) < 9"})
+    for require in (None, {"r": "quantile(0.5, t_stop) < 8"}):
+        with pytest.raises(InputError, match=r"made with require = '.*t_stop\) < 9.*', not '"):
+            run_batch(triangle, campaign, out, resume=True, require=require)
+
+
 def test_another_model_is_not_continued(triangle: runtime.Model, tmp_path: Path) -> None:
     import shutil
 

@@ -1,13 +1,15 @@
 # SPDX-License-Identifier: Apache-2.0
 """Conditions mean what they mean in Python, also chained ones."""
 
+import re
+
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 from mehvar.base.errors import InputError
-from mehvar.runtime.batch.evaluation.conditions import Criterion
+from mehvar.runtime.batch.evaluation.conditions import Criterion, Number
 
 NUMBERS = st.sampled_from(("T_x", "abs(T_x)", "-T_x + 1", "0.5", "1", "2", "3"))
 CHAINS = st.builds(
@@ -115,3 +117,9 @@ def test_a_number_is_read_as_python_reads_it(number, form):
     limit = float(number)
     below = np.array([0.0, limit * (1 - 1e-9), limit * (1 + 1e-9)])
     np.testing.assert_array_equal(condition({"off": below}), [True, True, False])
+
+
+@pytest.mark.parametrize("text", ["T_x**2", "T_x < 1 or 2", "2"])
+def test_a_text_that_is_no_number_is_refused_as_it_was_written(text):
+    with pytest.raises(InputError, match=rf"^cost = '{re.escape(text)}'.*: must be a number such as"):
+        Number(text, "cost")

@@ -43,7 +43,7 @@ ATTRIBUTES = {
     **{"metrics": '["m1"]', "profile": "portable", "flags": "", "compiler": "cc"},
     **dict.fromkeys(("nominal", "structure", "versions"), "{}"),
 }
-LAYOUT = Layout(10, 4, VARIABLES, COORDINATES, IDENTITY, ATTRIBUTES)
+LAYOUT = Layout(10, 4, VARIABLES, COORDINATES, {**ATTRIBUTES, **IDENTITY})
 
 
 def values(first: int, count: int) -> dict[str, np.ndarray]:
