@@ -47,8 +47,8 @@ if TYPE_CHECKING:
 class Picture:
     """A figure of the page: unique name, texts, picture, and a chart if it shows time series.
 
-    `heading` names the figure of the paper, or marks an extension. `colors` is True if colours show numbers, as in a heat
-    map: a dark page keeps them.
+    `heading` names the figure of the paper, or marks an extension. `colors` is True if colours show numbers, as in a
+    heat map: a dark page keeps them.
     """
 
     name: str
