@@ -161,6 +161,7 @@ class Claim:
 
     @property
     def _checked(self) -> str:
+        """Return the summary without the variant."""
         failed, many = self.failed, len(self.checks)
         if not failed:
             return "The check holds." if many == 1 else f"All {many} checks hold."
