@@ -69,8 +69,8 @@ class Requests:
     def answers(self) -> dict[str, str]:
         """Return the current digests of the requests, by names as in `answer`, without existing files."""
         root = Path(self.root)
-        folders = {f"{_relative(root, name)}/" for name in self.listed if os.path.isdir(name)}  # noqa: PTH112
-        missing = {_relative(root, name) for name in self.sought if not os.path.lexists(name)}
+        folders = {f"{_relative(root, name)}/" for name in self.listed if not os.path.isfile(name)}  # noqa: PTH113
+        missing = {_relative(root, name) for name in self.sought if not os.path.exists(name)}  # noqa: PTH110
         names = folders | missing | {f"{_VARIABLE}{name}" for name in self.variables}
         return {name: answer(root, name) or ABSENT for name in sorted(names) if not is_written(root / name, root)}
 
@@ -95,6 +95,8 @@ def answer(root: Path, name: str) -> str | None:
     path = root / name
     if name.endswith("/"):
         return _listing(path) if path.is_dir() else None
+    if path.is_dir():  # where the model found nothing
+        return _listing(path)
     return hashlib.sha256(path.read_bytes()).hexdigest() if path.is_file() else None
 
 
@@ -105,7 +107,10 @@ def _listing(folder: Path) -> str:
 
 
 def _relative(root: Path, name: str) -> str:
-    return Path(os.path.relpath(Path(name).resolve(), root)).as_posix()
+    """Return a path from the root; a link that leads nowhere keeps its own name, as it may lead elsewhere later."""
+    path = Path(name)
+    whole = path.parent.resolve() / path.name if path.is_symlink() and not path.exists() else path.resolve()
+    return Path(os.path.relpath(whole, root)).as_posix()
 
 
 @contextlib.contextmanager

@@ -130,7 +130,7 @@ class Tree:
 
 
 def _texts(folder: Path) -> list[Path]:
-    return [path for path in folder.rglob("*") if path.suffix in (".py", ".toml")]
+    return [path for path in folder.rglob("*") if path.suffix in (".py", ".toml") and path.is_file()]
 
 
 def find_tree(start: Path) -> Tree | None:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeAlias
@@ -175,14 +176,20 @@ def used_definitions(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol
     return {s for s in _reached(expressions, definitions) if s in definitions}
 
 
+@functools.lru_cache(10_000)
+def symbols_of(expression: Expr | float) -> frozenset[sp.Symbol]:
+    """Return the symbols in an expression; cached, because checks and functions ask dozens of times for the same."""
+    return frozenset(sp.sympify(expression).free_symbols)
+
+
 def _reached(expressions: Iterable[Expr], definitions: Mapping[sp.Symbol, Expr]) -> set[sp.Symbol]:
     """Return the symbols in expressions and in the definitions that they use."""
     reached: set[sp.Symbol] = set()
-    stack = [s for e in expressions for s in sp.sympify(e).free_symbols]
+    stack = [s for e in expressions for s in symbols_of(e)]
     while stack:
         symbol = stack.pop()
         if symbol not in reached:
             reached.add(symbol)
             if symbol in definitions:
-                stack.extend(sp.sympify(definitions[symbol]).free_symbols)
+                stack.extend(symbols_of(definitions[symbol]) - reached)
     return reached

@@ -7,7 +7,6 @@ names of unaffected values. See decision 0022.
 
 from __future__ import annotations
 
-import base64
 import hashlib
 import keyword
 from collections import Counter
@@ -34,6 +33,7 @@ numbers."""
 _LETTERS = 5
 """Number of letters in a name, 25 bits. An estimate: two of two hundred random names coincide in one of 1700 functions;
 with one letter less, in one of 50. Coinciding names get numbers."""
+_BASE32, _SHIFTS = "abcdefghijklmnopqrstuvwxyz234567", range(5 * (_LETTERS - 1), -1, -5)
 _LONGEST = 200
 """Length of a description above which its digest of 64 letters replaces it; any larger limit is unique too."""
 _SIGNS, _KINDS = ("neg", "num", "truth"), {"sub": "add"}
@@ -247,8 +247,8 @@ def _free(name: str, taken: set[str]) -> str:
 
 
 def _hashed(kind: str, content: str) -> str:
-    digest = base64.b32encode(hashlib.sha256(content.encode()).digest()[:_LETTERS]).decode().lower()
-    return kind + digest[:_LETTERS]  # a letter has five bits of a byte
+    bits = int.from_bytes(hashlib.sha256(content.encode()).digest()[:4], "big") >> 32 - 5 * _LETTERS
+    return kind + "".join([_BASE32[bits >> shift & 31] for shift in _SHIFTS])
 
 
 def _contents(tape: Tape, unnamed: Sequence[int], elements: Mapping[Element, str]) -> dict[int, str]:

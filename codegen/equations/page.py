@@ -167,8 +167,8 @@ class _Writer:
 
     def _formula(self, label: str, title: str, unit: str, left: str, expr: sp.Basic) -> Formula:
         node = self._graph.add(expr)
-        right, sign = self._printer.text(node), "" if left.endswith("<") else "="
-        lines = _block(left, sign, self._printer.terms(node))
+        terms, sign = self._printer.terms(node), "" if left.endswith("<") else "="
+        right, lines = "".join(terms), _block(left, sign, terms)
         wide = width(right) > _CELL or r"\begin" in right
         return Formula(label, title, unit, _in_cell(left), _in_cell(right), lines, wide, self._where(expr))
 

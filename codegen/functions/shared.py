@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Set
 import casadi as ca
 import sympy as sp
 
+from mehvar.models.derivation import symbols_of
 from mehvar.models.system import Expr, Group
 
 from .lower import Converter
@@ -45,7 +46,7 @@ class SharedDefinitions:
         """Return the definitions and the bound symbols that expressions use, directly or indirectly."""
         mask, used, stack = 0, set[sp.Symbol](), list(expressions)
         while stack:
-            for symbol in _symbols(stack.pop()):
+            for symbol in symbols_of(stack.pop()):
                 mask |= self._reach_of(symbol)
             new = {symbol for symbol in bound.keys() - used if mask & self._bit(symbol)}
             used |= new
@@ -88,7 +89,7 @@ class SharedDefinitions:
             if symbol in self._reach:
                 stack.pop()
                 continue
-            below = _symbols(self._definitions[symbol]) if symbol in self._definitions else frozenset[sp.Symbol]()
+            below = symbols_of(self._definitions[symbol]) if symbol in self._definitions else frozenset[sp.Symbol]()
             waiting = [other for other in below if other not in self._reach and other not in entered]
             if waiting and symbol not in entered:
                 entered.add(symbol)
@@ -99,8 +100,3 @@ class SharedDefinitions:
                 mask |= self._reach.get(other, 0)
             self._reach[symbol] = mask
         return self._reach[root]
-
-
-def _symbols(expression: Expr) -> Iterable[sp.Symbol]:
-    symbols: set[sp.Symbol] = sp.sympify(expression).free_symbols
-    return symbols

@@ -47,7 +47,8 @@ if TYPE_CHECKING:
 class Picture:
     """A figure of the page: unique name, texts, picture, and a chart if it shows time series.
 
-    `heading` names the figure of the paper, or marks an extension.
+    `heading` names the figure of the paper, or marks an extension. `colors` is True if colours show numbers, as in a
+    heat map: a dark page keeps them.
     """
 
     name: str
@@ -57,6 +58,7 @@ class Picture:
     chart: Mapping[str, Any] | None
     claims: Sequence[Claim] = ()
     heading: str = ""
+    colors: bool = False
 
     @property
     def size(self) -> tuple[int, int]:
@@ -214,7 +216,13 @@ def _beyond(name: str, beyond: Beyond, paper: Runs, runs: Runs) -> BeyondReport:
 def picture(name: str, title: str, caption: str, figure: Figure, claims: Sequence[Claim] = ()) -> Picture:
     """Return a figure as content of the page."""
     with style():
-        return Picture(name, title, caption, small_png(figure), chart(figure), claims)
+        return Picture(name, title, caption, small_png(figure), chart(figure), claims, colors=_has_colors(figure))
+
+
+def _has_colors(figure: Figure) -> bool:
+    """Return True if colours of a figure show numbers."""
+    drawn = (artist for ax in figure.axes for artist in (*ax.collections, *ax.images))
+    return any(artist.get_array() is not None for artist in drawn)
 
 
 def _static(name: str, title: str, figure: Figure) -> Picture:

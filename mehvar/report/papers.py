@@ -120,8 +120,9 @@ def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, st
     stage = paper_stage(name, report.paper, report.scene)
     runs_here = [Part(_INVITATION.format(live[name]))] if name in live else []
     content = {"report": report, "name": name, "seed": SEED, "points": POINTS, "tolerance": TOLERANCE}
-    counts = tally(report.claims)
+    counts, drawn = tally(report.claims), (*report.manifest.parameters, *report.manifest.scenario_parameters)
     content |= {
+        "units": {q.name: pretty_unit(q.unit) for q in drawn if q.unit != "1"},
         "counts": counts,
         "weak": [c for c in report.claims if c.kind is ClaimKind.PAPER and c.verdict is not ClaimVerdict.HOLDS],
         "titles": {claim.number: claim.title for claim in report.claims},

@@ -41,6 +41,7 @@ class ClaimVerdict(StrEnum):
     """Kinds of verdict on a claim."""
 
     HOLDS = "holds"
+    VARIANT = "holds for a variant"
     PART = "holds in part"
     READING = "holds under another reading"
     OPEN = "undecided"
@@ -113,6 +114,8 @@ class Claim:
         True for a claim about the text as printed, to which alternative readings do not apply.
     kind : ClaimKind
         Origin of the claim.
+    variant : str
+        What runs instead of what the paper printed, such as a law of our own; empty for what it printed.
     """
 
     number: str
@@ -123,6 +126,7 @@ class Claim:
     readings: tuple[TriedReading, ...] = ()
     printed: bool = False
     kind: ClaimKind = ClaimKind.PAPER
+    variant: str = ""
 
     @property
     def title(self) -> str:
@@ -147,12 +151,17 @@ class Claim:
         if self.refuted:
             return ClaimVerdict.FAILS
         if not failed:
-            return ClaimVerdict.HOLDS
+            return ClaimVerdict.VARIANT if self.variant else ClaimVerdict.HOLDS
         return ClaimVerdict.OPEN if len(failed) == len(self.checks) else ClaimVerdict.PART
 
     @property
     def summary(self) -> str:
-        """Number of checks that hold, their names if they are few, and the failed ones with both values."""
+        """Number of checks that hold, names if they are few, the failed ones with both values, and the variant."""
+        return f"{self._checked} Run with a variant: {self.variant}." if self.variant else self._checked
+
+    @property
+    def _checked(self) -> str:
+        """Return the summary without the variant."""
         failed, many = self.failed, len(self.checks)
         if not failed:
             return "The check holds." if many == 1 else f"All {many} checks hold."
@@ -207,7 +216,7 @@ class ReadingText:
 class ClaimText:
     """Entry of a paper's `claims.toml`: the text of a claim, and the expected numbers of its checks.
 
-    `own` marks a finding that the paper does not state.
+    `own` marks a finding that the paper does not state; `variant` says what runs instead of what the paper printed.
     """
 
     number: str
@@ -216,6 +225,7 @@ class ClaimText:
     refuted: bool = False
     printed: bool = False
     own: bool = False
+    variant: str = ""
     expected: Mapping[str, float] = field(default_factory=dict)
     reading: tuple[ReadingText, ...] = ()
 
@@ -253,7 +263,9 @@ def _decided(text: ClaimText, checks: Checks, readings: Mapping[str, Checks], ru
     tried = tuple(TriedReading(r.name, r.text, _tried(readings[r.name], text.number_of, runs)) for r in text.reading)
     results = tuple(checks(runs, text.number_of))
     kind = ClaimKind.FINDING if text.own else ClaimKind.PAPER
-    return Claim(text.number, text.text, results, text.explanation, text.refuted, tried, text.printed, kind)
+    return Claim(
+        text.number, text.text, results, text.explanation, text.refuted, tried, text.printed, kind, text.variant
+    )
 
 
 def _tried(checks: Checks, expected: Expected, runs: Runs) -> tuple[Check, ...]:

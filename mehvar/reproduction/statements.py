@@ -39,6 +39,7 @@ class StatementVerdict(StrEnum):
     """Verdict on a sentence, best first."""
 
     HOLDS = "holds"
+    VARIANT = "holds for a variant"
     PART = "holds in part"
     READING = "holds under another reading"
     MISPRINT = "rests on a formula that is misprinted"
@@ -50,6 +51,7 @@ class StatementVerdict(StrEnum):
 
 _CLAIMS = {
     ClaimVerdict.HOLDS: StatementVerdict.HOLDS,
+    ClaimVerdict.VARIANT: StatementVerdict.VARIANT,
     ClaimVerdict.PART: StatementVerdict.PART,
     ClaimVerdict.READING: StatementVerdict.READING,
     ClaimVerdict.OPEN: StatementVerdict.OPEN,

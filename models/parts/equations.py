@@ -7,7 +7,7 @@ from collections.abc import Sequence
 
 import sympy as sp
 
-from ..derivation import Expr
+from ..derivation import Expr, free_symbols, used_definitions
 from ..quantities import TIME, ModelError
 from .frame import ZERO, Labels
 from .terms import Aggregates, Contribution, Coordinate, Load, Particle, Point, Row
@@ -76,9 +76,39 @@ def contribution(
                 f"no mass and no inertia moves with {v}: give {at.name} an inertia about its axis, or a centre off it"
             )
             raise ModelError(f"{at.name}: {text}")
+    _refuse_dependent(rows, [v for v in speeds if v not in drive], at)
     return Contribution(
         of.mass, of.first, of.inertia, of.momentum, of.angular, (load,), tuple(rows), tuple(held), point=point
     )
+
+
+def _refuse_dependent(rows: Sequence[Row], speeds: Sequence[sp.Symbol], at: Labels) -> None:
+    """Refuse coordinates whose mass matrix is singular at any state, as of two that move the same mass alike."""
+    matrix = sp.Matrix([row.coupling for row in rows])
+    if matrix.is_diagonal():
+        return
+    definitions = at.frame.derivation.definitions
+    symbols = sorted(free_symbols(matrix, definitions), key=str)
+    known = {symbol: sp.sqrt(sp.prime(k + 2)).evalf(_DIGITS) / 5 for k, symbol in enumerate(symbols)}
+    used = used_definitions(matrix, definitions)
+    for symbol in (symbol for symbol in definitions if symbol in used):
+        known[symbol] = definitions[symbol].xreplace(known).evalf(_DIGITS)
+    left = matrix.xreplace(known).evalf(_DIGITS)
+    for i, speed in enumerate(speeds):
+        if abs(left[i, i]) <= _ZERO * abs(matrix[i, i].xreplace(known).evalf(_DIGITS)):
+            among = [str(other) for k, other in enumerate(speeds[:i]) if matrix[i, k] != 0]
+            raise ModelError(
+                f"{at.name}: the coordinate of {speed} is determined by that of {', '.join(among)}: their mass matrix "
+                "is singular at every state; leave one out, or give each a mass or an inertia of its own"
+            )
+        for k in range(i + 1, len(speeds)):
+            left[k, :] -= left[k, i] / left[i, i] * left[i, :]
+
+
+_DIGITS = 50
+"""Digits at which a mass matrix is eliminated once, at one state."""
+_ZERO = sp.Float(10) ** -30
+"""Largest pivot, relative to its diagonal entry, that is a rounding error of these digits."""
 
 
 def refuse_terms(of: Aggregates, coordinates: Sequence[Coordinate], particle: Particle | None, name: str) -> None:

@@ -182,6 +182,12 @@ NAMES = sorted(os.listdir(HERE / "names"))
 LEAVES = sorted(entry.name for entry in os.scandir(HERE / "leaves"))
 SWITCH = (HERE / "switch").exists()
 FLAG = os.path.isfile(HERE / "flag")
+LINK = os.path.exists(HERE / "link.csv") or (HERE / "chain.csv").is_file()
+PLACE = (HERE / "place").exists()
+try:
+    TAIL = os.listdir(HERE / "tail")
+except FileNotFoundError:
+    TAIL = []
 try:
     EXTRA = (HERE / "extra.csv").read_text()
 except FileNotFoundError:
@@ -199,12 +205,16 @@ def asked(derived, tmp_path_factory):
         (folder / name).mkdir()
         (folder / name / "first.csv").write_text("1\n")
     (folder / "switch").write_text("")
+    for name, target in LINKS.items():
+        (folder / name).symlink_to(target)
     start = folder / "models" / "wheel" / "__init__.py"
     start.write_text(ASKING + start.read_text())
     mehvar(folder, "generate")
     return folder
 
 
+LINKS = {"link.csv": "nowhere.csv", "chain.csv": "link.csv", "models/wheel/.#system.py": "me@here.1"}
+"""Links that lead nowhere: two that the model asks for, and the lock of an editor."""
 ANSWERS = {
     "wings/second.csv": "wings/ changed", "names/second.csv": "names/ changed", "leaves/second.csv": "leaves/ changed",
     "extra.csv": "extra.csv is new", "flag": "flag is new", "switch": "switch was removed",
@@ -212,7 +222,7 @@ ANSWERS = {
 
 
 def test_what_a_model_asked_for_in_vain_is_fresh_until_it_is_there(asked, tmp_path):
-    tree = Tree(shutil.copytree(asked, tmp_path / "wheel"))
+    tree = Tree(shutil.copytree(asked, tmp_path / "wheel", symlinks=True))
     assert check(tree, "wheel").reasons == ()
     for name, reason in ANSWERS.items():
         path = tree.root / name
@@ -221,6 +231,31 @@ def test_what_a_model_asked_for_in_vain_is_fresh_until_it_is_there(asked, tmp_pa
         assert check(tree, "wheel").reasons == (reason,)
         path.write_text("") if exists else path.unlink()
     assert check(tree, "wheel").reasons == ()
+
+
+@pytest.mark.parametrize(
+    ("change", "reasons"),
+    [
+        (lambda root: (root / "nowhere.csv").write_text(""), ("chain.csv is new", "link.csv is new")),
+        (lambda root: _lead(root / "link.csv", "setup.py"), ("chain.csv is new", "link.csv is new")),
+        (lambda root: _lead(root / "chain.csv", "switch"), ("chain.csv is new",)),
+        (lambda root: (root / "place").mkdir(), ("place is new",)),
+        (lambda root: (root / "tail").mkdir(), ("tail/ is new",)),
+    ],
+    ids=["target", "link", "chain", "folder", "listed"],
+)
+def test_a_link_that_led_nowhere_and_a_folder_that_was_missing_are_inputs(asked, tmp_path, change, reasons):
+    """Both went unnoticed, and the generated files stayed as they were."""
+    tree = Tree(shutil.copytree(asked, tmp_path / "wheel", symlinks=True))
+    (tree.root / "setup.py").write_text("")
+    assert check(tree, "wheel").reasons == ()
+    change(tree.root)
+    assert check(tree, "wheel").reasons == reasons
+
+
+def _lead(link, target):
+    link.unlink()
+    link.symlink_to(target)
 
 
 @pytest.mark.parametrize("name", ["WHEEL_SIZE", "WHEEL_GONE"])

@@ -238,8 +238,14 @@ class Criterion(_Expression):
                     self._alike(one, other, units)
 
     def units(self, units: Mapping[str, str]) -> str:
-        """Return the units of the named numbers, as in "T_x in s", if the condition itself has none."""
-        named = ((name, units.get(name, "1")) for name in sorted(self.names) if not self._quantities)
+        """Return the units of the numbers that the condition compares without a unit, as in "T_x in s"."""
+        compared: list[ast.expr] = [node for node in ast.walk(self._tree) if isinstance(node, ast.Compare)]
+        words = [
+            {name for part in ast.walk(node) if isinstance(part, ast.expr) and (name := _name(part)) is not None}
+            for node in compared or [self._tree]
+        ]
+        bare = set().union(*(names for names in words if self._quantities.keys().isdisjoint(names))) & self.names
+        named = ((name, units.get(name, "1")) for name in sorted(bare))
         return ", ".join(f"{name} in {unit}" for name, unit in named if unit not in ("", "1"))
 
     def nested(self) -> list[Any]:

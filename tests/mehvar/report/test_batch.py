@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The page of a batch: its order, the numbers of `stats`, and commands that repeat its runs."""
 
+import re
 import shlex
 import subprocess
 
@@ -11,7 +12,7 @@ import mehvar
 from mehvar.base.errors import InputError
 from mehvar.pictures.spread import Runs
 from mehvar.report.batch import batch_sections
-from mehvar.report.page import Drawing, Table, Text
+from mehvar.report.page import Drawing, Page, Table, Text, page_text
 from mehvar.runtime.batch.evaluation.sensitivity import sensitivities
 from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.store.layout import NOT_RUN
@@ -52,6 +53,16 @@ def test_what_was_varied_comes_first_then_success_sensitivities_metrics_and_runs
         ("theta_0", "uniform(0.8, 1.2)", "rad", "initial attitude"),
     ]
     assert isinstance(success, Text)
+
+
+def test_a_map_of_colours_is_not_inverted_on_a_dark_page(sections):
+    """Light is large in its scale; inverted, dark was."""
+    pictures = [block.picture for block in sections["pictures"].blocks if isinstance(block, Drawing)]
+    assert {picture.name for picture in pictures if picture.colors} == {"batch-region"}
+    page = page_text(Page("Batch", [sections["pictures"]]))
+    (head,) = re.findall(r'<div class="([^"]*)"><img [^>]*alt="Where the runs succeed', page)
+    assert head == "picture map"
+    assert ":is(.picture:not(.map), .part) img { filter: invert" in page
 
 
 def test_the_head_has_size_and_seed_and_tables_explain_their_numbers(sections, store, undrawn):

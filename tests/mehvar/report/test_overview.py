@@ -17,6 +17,7 @@ CLAIMS = [
     Claim("8", "fails", (BAD,)),
     Claim("9", "undecided", (NOTED,)),
     Claim("10", "our own", (BAD,), kind=ClaimKind.FINDING),
+    Claim("11", "of our law", (GOOD,), variant="law b"),
     Claim("R1", "our own too", (GOOD,), kind=ClaimKind.ROW),
 ]
 
@@ -36,4 +37,5 @@ def test_each_choice_of_the_filter_has_rows_and_kinds_are_counted_apart():
     found = {f"verdict:{verdict}" for _, verdict, _ in rows} | {f"outcome:{outcome}" for *_, outcome in rows}
     assert set(re.findall(r'<option value="((?:verdict|outcome):[^"]*)">', text)) == found
     assert {verdict for _, verdict, _ in rows} == set(ClaimVerdict)
-    assert "20 claims of the papers, 2 findings of our own, 2 rows of our own" in text
+    assert "✓ holds; ✗ does not hold and decides its claim; ! does not hold and decides no claim" in text
+    assert "22 claims of the papers, 2 findings of our own, 2 rows of our own" in text

@@ -83,6 +83,9 @@ def test_a_summary_gives_each_failed_check_with_its_value_and_limit():
     assert Claim("1", "", (good,)).summary == "The check holds."
     assert Claim("1", "", (good, good)).summary == "All 2 checks hold."
     assert Claim("1", "", (bad,)).summary == "The check does not hold: T: 4 s, expected < 3 s."
+    varied = Claim("1", "", (good,), variant="law b")
+    assert (varied.verdict, varied.summary) == (ClaimVerdict.VARIANT, "The check holds. Run with a variant: law b.")
+    assert replace(varied, checks=(bad,)).verdict is ClaimVerdict.FAILS
     assert Claim("1", "", (good, bad)).summary == "1 of 2 checks hold: m. Not: T: 4 s, expected < 3 s."
     assert Claim("1", "", (bad,) * 5).summary.endswith("; and 2 more.")
 

@@ -365,6 +365,48 @@ def test_links_without_inertia_about_their_axis_are_refused():
         assembled(Hub("hub", mass=1.0, inertia=BALL), Chain("arm", links=links))
 
 
+@dataclasses.dataclass(frozen=True)
+class Beads(Part):
+    """A mass at the sum of two places, along x and one more axis, by its particle or its aggregates."""
+
+    mass: Annotated[Number, scalar("m", "kg", "mass")] = 1.0
+    more: Annotated[Number | None, scalar("n", "kg", "another mass")] = None
+    apart: sp.Expr = sp.S.Zero
+    points: bool = True
+
+    def coordinates(self):
+        return tuple(Coordinate(Quantity(f"o_v{k}", "m/s", "speed"), Quantity(f"o_x{k}", "m", "place")) for k in (1, 2))
+
+    def _at(self, of):
+        (a, b), turn = of, sp.sin(self.apart)
+        return sp.Matrix([a + b * sp.cos(self.apart), b * turn, 0])
+
+    def particle(self, at):
+        return Particle(at.values.mass, self._at([c.place.symbol for c in self.coordinates()])) if self.points else None
+
+    def aggregates(self, at):
+        places, speeds = zip(*((c.place.symbol, c.speed.symbol) for c in self.coordinates()), strict=True)
+        m, n = at.values.mass, sp.S.Zero if self.more is None else at.values.more
+        own = n * speeds[1] ** 2 / 2
+        if self.points:
+            return Aggregates(energy=own)
+        place, speed = self._at(places), self._at(speeds)
+        return Aggregates(
+            m, m * place, point_inertia(m, place), m * speed, m * place.cross(speed), m * speed.dot(speed) / 2 + own
+        )
+
+
+@pytest.mark.parametrize("points", [True, False])
+def test_coordinates_that_depend_on_each_other_are_refused_by_name(points):
+    """The message was that a definition o_D2 is always inf."""
+    words = "o: the coordinate of o_v2 is determined by that of o_v1: their mass matrix is singular at every state"
+    for apart in (sp.S.Zero, sp.pi):
+        with pytest.raises(ModelError, match=words):
+            assembled(HUB, Beads("o", points=points, apart=apart))
+    for free in ({"more": 1e-9}, {"apart": sp.Rational(1, 10**6)}):
+        assembled(HUB, Beads("o", points=points, **free))
+
+
 @pytest.mark.parametrize(
     ("make", "words"),
     [

@@ -66,6 +66,14 @@ def test_what_is_no_comparison_of_numbers_is_refused(text):
 def test_numbers_that_are_compared_have_one_unit_and_words_of_a_status_have_none():
     units = {"T_x": "s", "T_y": "s", "rho": "m"}
     Criterion("T_x < T_y and status == done").check(units, {})
+    for condition, bare in (
+        ("T_x < 20 and rho < 5 cm", "T_x in s"),  # a unit somewhere hid those of all
+        ("T_x < 20 s and rho < 5 cm", ""),
+        ("not (rho < 5 cm) or abs(T_y) < 3 and rho > 0.1", "T_y in s, rho in m"),
+        ("T_x < T_y", "T_x in s, T_y in s"),
+        ("status == done and T_x < 1 h", ""),
+    ):
+        assert Criterion(condition).units(units) == bare
     with pytest.raises(InputError, match="T_x is in s, rho in m"):
         Criterion("status == done and T_x < rho").check(units, {})
 
