@@ -18,8 +18,12 @@ from sympy.core.relational import Relational
 from ..quantities import ModelError, advise, place
 from ..system import Expr
 
-_BY_FORM = ("sympy.", "mpmath.", "mehvar.models.mechanics.", "mehvar.models.parts.", "mehvar.models.estimation.")
-"""Packages whose code may test the form of expressions, for example to skip structural zeros."""
+_BY_FORM = (
+    *("sympy.", "mpmath.", "mehvar.models.mechanics.", "mehvar.models.parts.", "mehvar.models.estimation."),
+    "mehvar.models.derivation.",
+)
+"""Packages whose code may test the form of expressions, for example to skip structural zeros or to look them up in a
+cache."""
 
 
 @contextlib.contextmanager

@@ -27,6 +27,7 @@ from mehvar.codegen.functions.verify import check_counterparts
 from mehvar.codegen.workspace import installed_tree
 from mehvar.models.check import check, formulas, no_branching
 from mehvar.models.check.dimensions import Dimensions, MisfitError
+from mehvar.models.derivation import free_symbols
 from mehvar.models.system import (
     EMPTY,
     TIME,
@@ -245,6 +246,14 @@ def test_where_a_matrix_has_entries_may_be_asked():
 def test_a_value_may_not_be_asked_of_a_matrix_either(question):
     with no_branching(), pytest.raises(ModelError, match=r"test_check.py:\d+: a Python branch asks for equality"):
         question()
+
+
+def test_symbols_of_expressions_with_one_hash_are_looked_up():
+    """Python's hash of -1 is that of -2, and a cache then compares both expressions."""
+    x = sp.Symbol("x")
+    assert hash(1 / x) == hash(x**-2)
+    with no_branching():
+        assert free_symbols([1 / x, x**-2], {}) == {x}
 
 
 CART, TURNER = cart(), turner()

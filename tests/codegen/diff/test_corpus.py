@@ -12,6 +12,7 @@ from mehvar.codegen.diff import compare
 from mehvar.codegen.diff.report import EquationVerdict, Kind
 from mehvar.codegen.equal.equality import EqualityTest
 from mehvar.codegen.equal.meaning import Meaning
+from mehvar.codegen.equal.points import FieldPoints
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equal.sampler import PointSampler
 from mehvar.codegen.ledger.sides import Sides
@@ -76,7 +77,7 @@ def test_the_quadrant_of_an_arc_counts(number):
     pool = Pool()
     meaning = Meaning(pool, lambda _: None)
     sides = [(meaning, Sides(pool).entries(side)[0]) for side in (sp.atan2(b, a), sp.atan(b / a))]
-    assert not EqualityTest(pool, lambda _: False, PointSampler({}, frozenset())).same_in_field(*sides)
+    assert not FieldPoints(pool, lambda _: False).same(*sides)
 
 
 def test_what_the_field_cannot_tell_says_at_how_many_points_it_was_compared():

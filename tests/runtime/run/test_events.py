@@ -187,7 +187,7 @@ def test_surfaces_are_the_kinks_of_an_expression():
 @pytest.mark.parametrize(
     ("change", "message"),
     [
-        ({"direction": "up"}, "direction 'up' is not known"),
+        ({"direction": "up"}, r"direction = 'up': must be either, rising or falling"),
         ({"reset": {sp.Symbol("other"): sp.S.One}}, "must be the symbol of a state"),
         ({"name": "two words"}, "letters, digits and underscores"),
         ({"name": "down"}, "is defined twice"),

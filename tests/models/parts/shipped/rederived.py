@@ -13,7 +13,7 @@ import sympy as sp
 from mehvar.codegen.code.files import printed_functions
 from mehvar.codegen.diff import Document
 from mehvar.codegen.diff.report import ModelStatus
-from mehvar.codegen.equal.equality import EqualityTest
+from mehvar.codegen.equal import points
 from mehvar.codegen.equal.meaning import Expression, Meaning
 from mehvar.codegen.equal.pool import Pool
 from mehvar.codegen.equal.sampler import PointSampler
@@ -111,9 +111,8 @@ def differ(of: System, old: Expr, new: Expr, bounds: Mapping[str, tuple[Fraction
     sides = Sides(pool)
     meaning = Side(of).meaning(sides, Meaning(pool, lambda _: None))
     sampler = PointSampler({name: (*both, None) for name, both in bounds.items()}, frozenset())
-    judge = EqualityTest(pool, lambda _: False, sampler)
     first, second = ((meaning, sides.entries(e)[0]) for e in (old, new))
-    return [judge.differ(at, first, second) for at in judge.real_points([first, second], POINTS)]
+    return [points.differ(at, first, second) for at in points.RealPoints(sampler).where([first, second], POINTS)]
 
 
 @dataclass(frozen=True)
@@ -145,9 +144,9 @@ class Pair:
         old = self.shipped.meaning(sides, Meaning(pool, lambda _: None))
         new = self.assembled.meaning(sides, old)
         positive = {q.name for system in both for q in (*system.states, *system.parameters) if q.positive}
-        judge = EqualityTest(pool, positive.__contains__, PointSampler({}, frozenset()))
+        field = points.FieldPoints(pool, positive.__contains__)
         nodes = {name: [sides.entries(e)[0] for e in pair] for name, pair in self.readings.items()}
-        return [name for name, (a, b) in nodes.items() if not judge.same_in_field((old, a), (new, b))]
+        return [name for name, (a, b) in nodes.items() if not field.same((old, a), (new, b))]
 
     def rederived(self) -> System:
         """Return the shipped system with the assembled rates of the states that are readings."""
