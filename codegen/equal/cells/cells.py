@@ -174,13 +174,15 @@ class Cells:
             pattern = patterns[k].tobytes()
             if self._patterns.need(pattern) and (outcome := self._compare(spot(point, k), pattern)):
                 return outcome
-            if inside is not None and self._patterns.state(pattern) == inside:
+            if self._patterns.state(pattern) == inside:
                 members.append(k)
-        near = self._near(point, members)
-        for k in self._draw.sample(near, min(len(near), OF_A_LINE)):
-            here = spot(point, k)
-            self.evidence.agreements[inside].at = here  # type: ignore[index]
-            if outcome := self._compare(here):
+        return None if inside is None else self._compare_inside(point, self._near(point, members), inside)
+
+    def _compare_inside(self, point: Columns, members: Sequence[int], state: State) -> Verdict | None:
+        """Compare some points of a joint state, and remember the last one, at which the next line starts."""
+        for k in self._draw.sample(members, min(len(members), OF_A_LINE)):
+            self.evidence.agreements[state].at = spot(point, k)
+            if outcome := self._compare(spot(point, k)):
                 return outcome
         return None
 
