@@ -69,6 +69,7 @@ def test_parts_that_exchanged_their_names_are_the_same_unless_a_law_still_means_
     assert (found.parts == told) == follows
 
 
+@pytest.mark.share(2)
 @pytest.mark.parametrize(
     "edit",
     [

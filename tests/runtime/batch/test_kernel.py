@@ -243,7 +243,7 @@ def test_runs_of_a_law_that_is_one_chain_fill_two_registers(monkeypatch: pytest.
     monkeypatch.setattr(kernel_module, "_copies_registers", lambda: False)
     narrow = compile_kernel(model("triangle"), "path", options=options)
     expected = narrow.run(0, *vectors, seed=0, t_end=4.0, dt=0.1, save_every=0.1)
-    for wide in (2 * widest(), 16):
+    for wide in {2 * widest(), 16}:
         monkeypatch.setattr(kernel_module, "suitable_lanes", lambda _, wide=wide: wide)
         kernel = compile_kernel(model("triangle"), "path", options=options)
         block = kernel.run(0, *vectors, seed=0, t_end=4.0, dt=0.1, save_every=0.1)
