@@ -1,20 +1,25 @@
 # SPDX-License-Identifier: Apache-2.0
 """Domain of an expression, represented by an expression that is one inside the domain and zero outside.
 
-Roots, logarithms, arc functions and case distinctions without a last case have no value on open sets of points. A
-quotient has none only on a set of measure zero, which is ignored. Domains are expressions with branches, so two of them
-are compared like any other expressions.
+Roots, logarithms, arc functions and case distinctions without a last case have no value on open sets of points. So has
+a quotient whose denominator is zero in a whole branch, such as max(0, x). Other quotients have none only on a set of
+measure zero, which is ignored. Domains are expressions with branches, so two of them are compared like any other
+expressions.
 """
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
 
-from .branches import Atom, difference
+from .branches import COMPARISONS, Atom, counted, difference, every, requirements, smooth, ways_of
 from .pool import Pool
 from .proofs.known import KnownSigns
 
+_MOST_BRANCHES = 256
+"""Largest number of combinations of branches in which a denominator is examined. Twice as many are one branch more."""
+_EITHER = frozenset(("abs", "sign", "max", "min"))
+"""Operations whose branches agree where what decides between them is zero."""
 Factors = frozenset[int]
 """Nodes with values one or zero; the domain is the set where all are one."""
 
@@ -54,8 +59,10 @@ class Domains:
         operands = self.pool.operands(node)
         if self.pool.nodes[node][0] == "piecewise":
             return self._cases(operands)
-        own = {self._inside(part) for part in self._parts(node, operands)} - {self.pool.number(1)}
-        return frozenset(own).union(*(self._memo[operand] for operand in operands))
+        own = {self._inside(part) for part in self._parts(node, operands)}
+        for divisor in self._divisors(node, operands):
+            own |= {self._outside(region) for region in self._zeros(divisor)}
+        return frozenset(own - {self.pool.number(1)}).union(*(self._memo[operand] for operand in operands))
 
     def _parts(self, node: int, operands: Sequence[int]) -> list[int]:
         """Return the expressions that must be positive so that an operation on valid operands has a value."""
@@ -70,6 +77,58 @@ class Domains:
         if operation in ("asin", "acos", "atanh"):
             return [difference(self.pool, self.pool.number(1), self.pool.power(operands[0], Fraction(2)))]
         return []
+
+    def _divisors(self, node: int, operands: Sequence[int]) -> list[int]:
+        """Return the expressions that must not be zero so that an operation on valid operands has a value."""
+        operation = self.pool.nodes[node][0]
+        if operation == "pow":
+            exponent = self.pool.constant(operands[1])
+            return [operands[0]] if exponent is not None and exponent < 0 else []
+        if operation == "mod":
+            return [operands[1]]
+        if operation == "atan2":
+            return [self.pool.many("add", [self.pool.power(operand, Fraction(2)) for operand in operands])]
+        return self._parts(node, operands) if operation in ("log", "atanh") else []
+
+    def _zeros(self, divisor: int) -> Iterator[tuple[Atom, ...]]:
+        """Yield the regions, as signs of nodes, where an expression is zero because of the branches that it takes.
+
+        Other zeros have measure zero. Branches of steps, of which there are infinitely many, are not examined.
+        """
+        waiting: list[dict[int, int]] = [] if self._known.is_never_zero(divisor) else [{}]
+        for _ in range(_MOST_BRANCHES):
+            if not waiting:
+                return
+            taken = waiting.pop()
+            open_ = (k for k in counted(self.pool, divisor, taken) if k not in taken and ways_of(self.pool, k))
+            if free := [k for k in open_ if self.pool.nodes[k][0] not in COMPARISONS]:
+                waiting += [{**taken, node: way} for node, way in ways_of(self.pool, max(free))]
+            elif taken and self._known.is_zero(smooth(self.pool, divisor, taken)):
+                yield from self._regions(taken)
+
+    def _regions(self, taken: dict[int, int]) -> Iterator[tuple[Atom, ...]]:
+        """Yield the possible alternatives of signs that make nodes take their branches."""
+        needed = []
+        for node, way in taken.items():
+            atoms = [
+                tuple((smooth(self.pool, part, taken), sign) for part, sign in required)
+                for required in requirements(self.pool, (node, way)) or []
+            ]
+            if self.pool.nodes[node][0] in _EITHER:
+                atoms = [tuple(atom for atom in required if not self._known.is_zero(atom[0])) for required in atoms]
+            needed.append(atoms)
+        for region in every(needed) or []:
+            if all(sign for _, sign in region) and not self._known.exclude(region):
+                yield tuple(dict.fromkeys(region))
+
+    def _outside(self, region: Sequence[Atom]) -> int:
+        """Return the factor that is zero in a region and one elsewhere."""
+        zero, one = self.pool.number(0), self.pool.number(1)
+        factor = zero
+        for node, sign in region:
+            comparison = "strictgreaterthan" if sign > 0 else "strictlessthan"
+            factor = self._case(self.pool.intern(comparison, node, zero), factor, one)
+        return factor
 
     def _inside(self, part: int) -> int:
         """Return the factor that is one where an expression is positive; one if it provably is everywhere."""

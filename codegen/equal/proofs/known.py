@@ -72,6 +72,10 @@ class KnownSigns:
                 return False
         return True
 
+    def is_zero(self, node: int) -> bool:
+        """Return True if an expression without branches is zero at the points of the field."""
+        return all(value == 0 for value in self._points.values(self._free, node))
+
     def never_has(self, node: int, sign: int) -> bool:
         """Return True if an expression never has this sign, because it or its negative is a square.
 
