@@ -8,6 +8,7 @@ factors; a positive term comes first if that avoids a leading minus.
 from __future__ import annotations
 
 import re
+import sys
 from collections.abc import Mapping, Sequence, Set
 from dataclasses import dataclass, field
 from fractions import Fraction
@@ -336,5 +337,7 @@ def decimal(value: Fraction) -> str:
 
 
 def _scientific(value: Fraction) -> str:
+    if abs(value) > sys.float_info.max:
+        return ""
     shown = repr(float(value))
     return shown if Fraction(shown) == value and len(shown) <= 20 else ""

@@ -199,3 +199,9 @@ def test_every_exemption_is_of_a_field_and_has_a_reason():
 def test_every_field_of_the_vocabulary_has_its_place(kind):
     own = {f.name for f in fields(getattr(system, kind))} - {f.name for f in fields(system.Located)}
     assert COMPARED[kind].keys() == own
+
+
+@pytest.mark.parametrize("number", ["Integer(10)**400", "-Integer(10)**400/3", "Rational(1, 10**400)"])
+def test_a_number_beyond_doubles_is_printed_with_its_digits(number):
+    (equation,) = compare(document("f: x"), document(f"f: x + {number}")).equations
+    assert "0" * 400 in equation.edits[0].new.text
