@@ -11,6 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from fractions import Fraction
+from itertools import combinations
 
 from .branches import COMPARISONS, Atom, counted, difference, every, requirements, smooth, ways_of
 from .pool import Pool
@@ -18,6 +19,8 @@ from .proofs.known import KnownSigns
 
 _MOST_BRANCHES = 256
 """Largest number of combinations of branches in which a denominator is examined. Twice as many are one branch more."""
+_ROUNDED, _MOST_STEPS = frozenset(("floor", "ceiling")), 4
+"""Steps that may be zero in a region, and the largest number of them: each doubles the combinations."""
 _EITHER = frozenset(("abs", "sign", "max", "min"))
 """Operations whose branches agree where what decides between them is zero."""
 Factors = frozenset[int]
@@ -93,9 +96,14 @@ class Domains:
     def _zeros(self, divisor: int) -> Iterator[tuple[Atom, ...]]:
         """Yield the regions, as signs of nodes, where an expression is zero because of the branches that it takes.
 
-        Other zeros have measure zero. Branches of steps, of which there are infinitely many, are not examined.
+        Other zeros have measure zero. Of the infinitely many branches of a step, the one in which it is zero is
+        examined.
         """
-        waiting: list[dict[int, int]] = [] if self._known.is_never_zero(divisor) else [{}]
+        if self._known.is_never_zero(divisor):
+            return
+        steps = [k for k in self.pool.reached(divisor) if self.pool.nodes[k][0] in _ROUNDED][:_MOST_STEPS]
+        subsets = (zeros for count in range(len(steps) + 1) for zeros in combinations(steps, count))
+        waiting = [dict.fromkeys(zeros, 0) for zeros in subsets]
         for _ in range(_MOST_BRANCHES):
             if not waiting:
                 return
@@ -112,7 +120,7 @@ class Domains:
         for node, way in taken.items():
             atoms = [
                 tuple((smooth(self.pool, part, taken), sign) for part, sign in required)
-                for required in requirements(self.pool, (node, way)) or []
+                for required in self._requirements(node, way)
             ]
             if self.pool.nodes[node][0] in _EITHER:
                 atoms = [tuple(atom for atom in required if not self._known.is_zero(atom[0])) for required in atoms]
@@ -120,6 +128,15 @@ class Domains:
         for region in every(needed) or []:
             if all(sign for _, sign in region) and not self._known.exclude(region):
                 yield tuple(dict.fromkeys(region))
+
+    def _requirements(self, node: int, way: int) -> list[tuple[Atom, ...]]:
+        """Return the alternative conditions of a branch, or of a step that is zero; none if there are too many."""
+        operation, operands = self.pool.nodes[node][0], self.pool.operands(node)
+        if operation not in _ROUNDED:
+            return requirements(self.pool, (node, way)) or []
+        above = operation == "floor"
+        end = difference(self.pool, operands[0], self.pool.number(1 if above else -1))
+        return [((operands[0], 1 if above else -1), (end, -1 if above else 1))]
 
     def _outside(self, region: Sequence[Atom]) -> int:
         """Return the factor that is zero in a region and one elsewhere."""

@@ -30,6 +30,8 @@ def are_equal(*sides: str) -> bool | None:
         (f"sign({D})", f"{D} / Abs({D})"),
         (f"3*pi/4*sign({D})", f"atan2({D}, -Abs({D}))"),
         ("x", f"x + log({U}) - log({U})*1 + 0*x + log(2*{U}) - log({U}) - log(2)"),
+        ("x + 1", "(x*floor(x) + floor(x)) / floor(x)"),
+        ("x + 1", "(x*(Max(0, x) + ceiling(x)) + Max(0, x) + ceiling(x)) / (Max(0, x) + ceiling(x))"),
     ],
 )
 def test_a_denominator_that_is_zero_in_a_region_takes_the_value_away(old, new):
@@ -43,6 +45,7 @@ def test_a_denominator_that_is_zero_in_a_region_takes_the_value_away(old, new):
         ("x / Max(a, Abs(x) + 1)", "(a*x) / (a*Max(a, Abs(x) + 1))"),
         (f"x / {U}", f"2*x / (2*{U})"),
         ("x / Abs(x)", "2*x / Abs(2*x)"),
+        ("x / floor(x)", "2*x / (2*floor(x))"),
     ],
 )
 def test_a_denominator_of_both_sides_is_the_same(old, new):
