@@ -267,8 +267,9 @@ def _compare(store: str, there: Mapping[str, Any], here: Mapping[str, Any]) -> N
             stored, value = _other_lines(stored, value), _other_lines(value, stored)
         if name == "campaign":
             old, new = json.loads(stored), json.loads(value)
-            name = next(name for name in new if old.get(name) != new[name])
-            stored, value = old.get(name), new[name]
+            # as texts: 0.0 is equal to -0.0, and runs with one of them may differ from those with the other
+            name = next(name for name in {**old, **new} if repr(old.get(name)) != repr(new.get(name)))
+            stored, value = old.get(name), new.get(name)
         raise InputError(
             f"{store} was made with {name} = {stored!r}, not {value!r}: use the original command, "
             "or choose another name for the store"

@@ -250,6 +250,14 @@ def test_a_batch_with_requirements_is_not_continued_without_them(triangle: runti
             run_batch(triangle, campaign, out, resume=True, require=require)
 
 
+def test_a_zero_of_the_other_sign_is_another_campaign(triangle: runtime.Model, tmp_path: Path) -> None:
+    """0.0 is equal to -0.0; the search for the difference ended in a StopIteration."""
+    out, campaign = tmp_path / "runs.zarr", replace(TRIANGLE, n=4, save_every=None)
+    run_batch(triangle, replace(campaign, parameters={"disturbance": 0.0}), out)
+    with pytest.raises(InputError, match=r"made with parameters = {'disturbance': 0.0}, not {'disturbance': -0.0}"):
+        run_batch(triangle, replace(campaign, parameters={"disturbance": -0.0}), out, resume=True)
+
+
 def test_another_model_is_not_continued(triangle: runtime.Model, tmp_path: Path) -> None:
     import shutil
 
