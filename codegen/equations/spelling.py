@@ -179,7 +179,7 @@ class Latex(Spelling):
 
 
 class Page(Latex):
-    """LaTeX for `mathml`: edited parts have the class `mark`, and spaces stand where TeX puts them and browsers do not."""
+    """LaTeX for `mathml`, with marks, and with spaces that TeX adds by itself."""
 
     plus = r" \class{infix}{+} "
     minus = r" \class{infix}{-} "
