@@ -23,8 +23,8 @@ from mehvar.codegen.diff.report import (
     handle,
 )
 from mehvar.codegen.equations.formula import Marks, Nodes, Printer, SymbolNames
-from mehvar.codegen.equations.mathml import element
-from mehvar.codegen.equations.spelling import MATHML
+from mehvar.codegen.equations.mathml import mathml
+from mehvar.codegen.equations.spelling import LATEX, PAGE
 from mehvar.html import page, quantities
 from mehvar.pictures.files import pixels, small_png
 
@@ -144,8 +144,8 @@ class _Section:
 
 _LONG, _SHORT = 3500, 700
 """Characters of MathML of a formula that is shown whole, some 25 factors, and of terms that dots would not shorten."""
-_DOTS = element("<mo>+</mo><mo>⋯</mo>")
-_MARK = MATHML.mark("").partition(">")[0]
+_DOTS = mathml(r"+ \cdots")
+_MARK = 'class="mark"'
 _KINDS = dict.fromkeys((ModelStatus.SAME, ModelStatus.NAMES, ModelStatus.PICTURE), "same")
 _KINDS[ModelStatus.UNDECIDED] = "maybe"
 _ORDER = {"changed": 0, "maybe": 1, "same": 2}
@@ -332,7 +332,7 @@ def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = fro
 
     Of a long formula, dots replace the terms without marks, and terms that are long themselves.
     """
-    terms = [(element(text), marked) for text, marked in Printer(nodes, SymbolNames(latex), MATHML, marks).parts(root)]
+    terms = [(mathml(text), marked) for text, marked in Printer(nodes, SymbolNames(latex), PAGE, marks).parts(root)]
     if sum(len(text) for text, _ in terms) < _LONG:
         return terms
     shown: list[tuple[str, bool]] = []
@@ -347,7 +347,7 @@ def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks = fro
 
 def _left(name: str, equation: EquationChange, latex: Mapping[str, str]) -> str:
     spelled = equation.latex if equation.kind == "equation" else latex.get(name, equation.latex)
-    return element(MATHML.name(name, spelled) + "<mo>=</mo>")
+    return mathml(f"{LATEX.name(name, spelled)} =")
 
 
 def _notes(comparison: Comparison, equation: EquationChange, group: EquationGroup | None) -> list[str]:
