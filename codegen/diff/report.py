@@ -35,6 +35,21 @@ class ModelStatus(StrEnum):
     ADDED = "added"
     REMOVED = "removed"
 
+    @property
+    def headline(self) -> str:
+        """Status as the first line of a report."""
+        return _HEADLINES.get(self, self.value.upper())
+
+
+_HEADLINES = {
+    ModelStatus.SAME: "physics the SAME",
+    ModelStatus.NAMES: "physics the SAME, names or order CHANGED",
+    ModelStatus.PARAMETERS: "equations the SAME, numbers or names CHANGED",
+    ModelStatus.PICTURE: "physics the SAME, picture CHANGED",
+    ModelStatus.UNDECIDED: "physics UNDECIDED",
+    ModelStatus.CHANGED: "physics CHANGED",
+}
+
 
 class EquationVerdict(StrEnum):
     """Verdict on an equation in two versions.
@@ -45,15 +60,15 @@ class EquationVerdict(StrEnum):
     `UNDECIDED`: neither equality nor a difference could be shown; never counts as the same.
     """
 
-    SAME = "same"
-    REARRANGED = "rearranged"
-    RENAMED = "renamed"
-    SCALED = "scaled"
     CHANGED = "changed"
-    INHERITED = "inherited"
     ADDED = "added"
     REMOVED = "removed"
     UNDECIDED = "undecided"
+    INHERITED = "inherited"
+    REARRANGED = "rearranged"
+    RENAMED = "renamed"
+    SCALED = "scaled"
+    SAME = "same"
 
 
 UNEQUAL = frozenset((EquationVerdict.CHANGED, EquationVerdict.INHERITED, EquationVerdict.UNDECIDED))

@@ -16,7 +16,7 @@ from mehvar.base.names import WORK
 from mehvar.codegen.workspace import find_tree, installed_tree
 from mehvar.comparison.compare import diff_versions
 from mehvar.comparison.result import Diff
-from mehvar.comparison.sources import names_model
+from mehvar.comparison.versions.sources import names_model
 from mehvar.pictures.files import checked_suffix, save
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.files import check_file, checked_ending, write_atomic
@@ -86,9 +86,7 @@ def command(
         with pages():
             print_lines(diff.lines())
     else:
-        _deliver(
-            _text(diff, chosen), out, [f"{part.name}: {part.status.value}" for model in diff.models for part in model]
-        )
+        _deliver(_text(diff, chosen), out, [f"{part.name}: {part.status.value}" for part in diff.parts])
     if plot is not None:
         _draw(diff, plot)
     return int(diff.differs)
@@ -96,11 +94,10 @@ def command(
 
 def _draw(diff: Diff, path: Path) -> None:
     """Save the picture of the run with the largest difference, or report that no run differs."""
-    parts = [part for model in diff.models for part in model]
-    moved = max(parts, key=lambda part: part.overlay.size if part.overlay else -1.0)
+    moved = max(diff.parts, key=lambda part: part.overlay.size if part.overlay else -1.0)
     figure = moved.overlay.picture(moved.name) if moved.overlay else None
     if figure is None:
-        why = "no run of both sides differs" if any(p.overlay for p in parts) else "no law or no run to compare"
+        why = "no run of both sides differs" if moved.overlay else "no law or no run to compare"
         typer.echo(f"{path} is not written: {why}", err=True)
         return
     save(figure, path)

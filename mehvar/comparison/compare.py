@@ -25,8 +25,8 @@ from mehvar.terminal import progress
 
 from .consequences import consequences
 from .result import Diff, ModelDiff
-from .sources import Sources, Version
-from .structures import Variant, changed_sources, selection
+from .versions.sources import Sources, Version
+from .versions.structures import Variant, changed_sources, selection
 
 if TYPE_CHECKING:
     from mehvar.models.parts import Spacecraft

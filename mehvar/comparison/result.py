@@ -14,10 +14,15 @@ from mehvar.codegen.diff.report import Comparison, EquationChange, ModelStatus, 
 from mehvar.terminal import Line, finite, html_text, plain_text
 
 from .consequences import Consequences
+from .document import Block, Group, Words
+from .effects import effects
+from .equations import Equations, counted
 from .runs import Overlay
 from .text import lines
 
 SCHEMA = 1
+_STYLES = dict.fromkeys((ModelStatus.SAME, ModelStatus.NAMES, ModelStatus.PICTURE), "bold green")
+_STYLES[ModelStatus.UNDECIDED] = "bold yellow"
 
 
 @dataclass(frozen=True, repr=False)
@@ -115,10 +120,27 @@ class ModelDiff:
             "structures": [other.to_json() for other in self.structures],
         }
 
+    @property
+    def counts(self) -> str:
+        """Numbers of equations by verdict."""
+        return counted(self.comparison)
+
+    @property
+    def blocks(self) -> list[Block]:
+        """Contents of the report on this structure."""
+        blocks: list[Block] = [*(Words(line, strong=True) for line in self.parts), *map(Words, self.notes)]
+        blocks += Equations(self.comparison).blocks()
+        if self.consequences:
+            follows = effects(self.name, self.consequences, self.overlay, self.comparison)
+            blocks.append(Group("consequences", [*follows]))
+        return blocks
+
     def lines(self) -> Iterator[Line]:
         """Yield the report on the model."""
         for part in self:
-            yield from lines(part.name, part.status, part.comparison, part.consequences, (*part.parts, *part.notes))
+            style = _STYLES.get(part.status, "bold red")
+            yield 0, Text.assemble((f"{part.name}: ", "bold"), (part.status.headline, style), "   ", part.counts)
+            yield from lines(part.blocks, 2)
 
     def __repr__(self) -> str:
         return plain_text(self.lines())
@@ -142,6 +164,11 @@ class Diff:
     old: str
     new: str
     models: tuple[ModelDiff, ...]
+
+    @property
+    def parts(self) -> list[ModelDiff]:
+        """Every compared structure of every model."""
+        return [part for model in self.models for part in model]
 
     @property
     def differs(self) -> bool:

@@ -17,7 +17,8 @@ from mehvar.base.errors import MehvarError
 from mehvar.base.manifest import Scenario
 from mehvar.base.parts import exchanged_parts
 from mehvar.cli.app import app
-from mehvar.comparison.runs import _extremes
+from mehvar.comparison.runs import _Trial
+from mehvar.comparison.sides import Side
 from mehvar.parts import Gyro, Hinge, Hub, Orbit, PointMass, Spacecraft, Tachometer, Torquer, Wheel
 
 
@@ -270,7 +271,7 @@ def test_eigenvalues_name_the_point_of_each_version():
 
     found = str(mehvar.diff(started(0.1), started(1.2)))
     old, new = ((np.cos(angle) - 0.25**2) ** 0.5 for angle in (0.1, 1.2))
-    assert "eigenvalues under damp at angle = 0.1, the rest 0 -> angle = 1.2, the rest 0:" in found
+    assert "eigenvalues under damp at angle = 0.1, the rest 0 -> angle = 1.2, the rest 0\n" in found
     assert f"-0.25 ± {old:.4g}i -> -0.25 ± {new:.4g}i" in found
 
 
@@ -391,7 +392,11 @@ def test_rounding_of_a_state_is_no_metric():
         manifest = SimpleNamespace(states=(state,))
         x, law = np.array([[noise], [-noise]]), SimpleNamespace(memory=())
         run = SimpleNamespace(manifest=manifest, x=x, z=x[:, :0], controller=law, options=options)
-        assert _extremes(run, {"w": "v"}) == {"largest |v|": (0.0, "rad/s"), "last v": (0.0, "rad/s")}
+        renamed = Side(SimpleNamespace(), {"w": "v"})
+        assert _Trial(renamed, run).extremes() == {
+            "largest |v|": (0.0, "rad/s"),
+            "last v": (0.0, "rad/s"),
+        }
 
 
 def seen(noise=1e-4, turned=False):
@@ -403,7 +408,7 @@ def seen(noise=1e-4, turned=False):
 def test_measurements_are_compared_where_no_state_moves():
     """Twice the noise of a gyro showed nothing, since no state moved."""
     text = str(mehvar.diff(seen(), seen(noise=2e-4)))
-    (largest,) = re.findall(r"largest \|gyro_x_shown\|.*\((.*) %\)", text)
+    (largest,) = re.findall(r"largest \|gyro_x_shown\|.*  (.*) %", text)
     assert float(largest) == pytest.approx(100)
     assert "spare_x_shown" not in text
     assert "shows nothing" not in text

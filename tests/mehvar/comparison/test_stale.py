@@ -8,7 +8,7 @@ import pytest
 
 from mehvar.base.errors import InputError
 from mehvar.codegen.watch import OURS
-from mehvar.comparison.sources import _refuse_files_of_today
+from mehvar.comparison.versions.sources import _refuse_files_of_today
 
 SIGN = ("-p.k * x - p.d * v", "-p.k * x + p.d * v")
 
