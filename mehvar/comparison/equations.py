@@ -13,6 +13,7 @@ from mehvar.codegen.diff.report import (
     Comparison,
     Edit,
     EquationChange,
+    EquationGroup,
     EquationVerdict,
     handle,
     label,
@@ -79,7 +80,7 @@ class Equations:
             if e not in whole and (heading := self._heading(e, e in causes)):
                 folds.setdefault(heading, []).append(e)
         for heading, equations in folds.items():
-            names = [self._name(e) for e in equations if e in causes or not _mentioned(e)]
+            names = [name for e in equations if e in causes or not _mentioned(e) for name in self._names(e)]
             yield Group(f"{len(equations)} {heading}", [*map(self._card, equations)], True, names)
         yield from self._numbers()
 
@@ -88,15 +89,17 @@ class Equations:
         messages = set()
         for e in self._ordered:
             quiet = not e.matters and e.verdict in (EquationVerdict.ADDED, EquationVerdict.REMOVED)
-            if e.verdict not in _CAUSES or quiet or e.extended or e.cause or not self._is_first(e):
+            first = e.name not in self._families or self._family(e)
+            if e.verdict not in _CAUSES or quiet or e.extended or e.cause or not first:
                 continue
             if e.kind not in _CONDITIONS or e.edits or (e.verdict, e.title) not in messages:
                 yield e
             messages.add((e.verdict, e.title))
 
-    def _is_first(self, equation: EquationChange) -> bool:
-        family = self._families.get(equation.name)
-        return family is None or family.names[0] == equation.name
+    def _family(self, equation: EquationChange) -> EquationGroup | None:
+        """Return the equal parts that an equation stands for as the first of them."""
+        group = self._families.get(equation.name)
+        return group if group and group.names[0] == equation.name else None
 
     def _heading(self, equation: EquationChange, is_cause: bool) -> str:
         """Return the heading of the fold with an equation; empty for one that shares the card of an equal part."""
@@ -109,10 +112,12 @@ class Equations:
         how = f" ({equation.how})" if equation in self._comparison.equivalent else ""
         return _FOLDED.get(equation.verdict, "") + how
 
-    def _name(self, equation: EquationChange) -> str:
+    def _names(self, equation: EquationChange) -> Sequence[str]:
+        if group := self._family(equation):
+            return group.names
         if equation.verdict is EquationVerdict.RENAMED:
-            return f"{equation.old_name} -> {label(equation)}"
-        return title(equation) if equation.kind in _CONDITIONS else label(equation)
+            return [f"{equation.old_name} -> {label(equation)}"]
+        return [title(equation) if equation.kind in _CONDITIONS else label(equation)]
 
     def _numbers(self) -> Iterator[Block]:
         """Yield the names and numbers, the first of equal parts for all; parts are reported by themselves."""
@@ -127,7 +132,7 @@ class Equations:
             yield Table("names and numbers", ("role", "name", "what", "old", "new", "unit"), rows)
 
     def _card(self, equation: EquationChange) -> Card:
-        group = self._families.get(equation.name) if self._is_first(equation) else None
+        group = self._family(equation)
         names, remarks = (group.names, [group.says]) if group else ((), [])
         remarks += self._remarks(equation)
         return Card(title(equation, names), equation, [*map(_edit, equation.edits)], remarks)
