@@ -11,7 +11,6 @@ from typing import Any
 from ..equal.verdicts import Counterexample
 from ..equations.document import Row
 
-SCHEMA = 1
 Path = tuple[int, ...]
 """Positions of operands along the path from an expression's root to one of its parts."""
 
@@ -364,4 +363,4 @@ class Comparison:
         for equation in plain["equations"]:
             if point := equation["counterexample"]:  # schema 1 calls the sides old and new
                 equation["counterexample"] = {"at": point["at"], "old": point["left"], "new": point["right"]}
-        return {"schema": SCHEMA, "differs": self.differs, "counts": self.counts(), **plain}
+        return {"counts": self.counts(), **plain}

@@ -102,14 +102,12 @@ class ModelDiff:
 
     def to_json(self) -> dict[str, Any]:
         """Return the contents as plain lists, dicts and strings."""
-        equations = self.comparison.to_json()
-        equations.pop("schema")
         follows = None if self.consequences is None else asdict(self.consequences)
         if follows is not None:
             for spectrum in (follows, *follows["loops"]):
                 spectrum["eigenvalues"] = [[[z.real, z.imag] for z in pair] for pair in spectrum["eigenvalues"]]
         return {
-            **equations,
+            **self.comparison.to_json(),
             "model": self.model,
             "status": self.status.value,
             "differs": self.differs,
@@ -149,7 +147,7 @@ class ModelDiff:
         return html_text(self.lines())
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class Diff:
     """Changes between two versions.
 
@@ -185,12 +183,6 @@ class Diff:
         """Return the contents in the form of docs/reference/diff-json.md."""
         models = [model.to_json() for model in self.models]
         return {"schema": SCHEMA, "old": self.old, "new": self.new, "differs": self.differs, "models": models}
-
-    def __repr__(self) -> str:
-        return plain_text(self.lines())
-
-    def _repr_html_(self) -> str:
-        return html_text(self.lines())
 
     def json_text(self) -> str:
         """Return the JSON text."""

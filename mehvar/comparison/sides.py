@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TypeVar
 
@@ -81,17 +81,32 @@ class Side:
         """Return the Jacobian of the rates without inputs."""
         return self.model.jac_x(x, np.zeros(len(self.inputs)), self.model.parameters())
 
+    def project(self, x: FloatArray) -> FloatArray:
+        """Return the nearest possible state."""
+        change = displacement(self.model.manifest, self.model.functions, x, self.model.parameters())
+        return x + change if change.size else x
+
     def rest(self) -> FloatArray:
-        """Search for an equilibrium without inputs, starting at the zero state or a scenario's start."""
-        x = np.asarray(self.model.state())
-        if not (np.all(np.isfinite(self.rates(x))) and np.all(np.isfinite(self.slope(x)))):
-            x = self.start
+        """Search for an equilibrium without inputs from the zero state, or the scenario's start if zero has no rates.
 
-        def projection(state: FloatArray) -> FloatArray:
-            change = displacement(self.model.manifest, self.model.functions, state, self.model.parameters())
-            return state + change if change.size else state
-
-        return rest(self.rates, self.slope, projection, x)
+        Gauss-Newton steps of minimum norm, each followed by the projection, find a zero of the rates. Return the start
+        if there is none, as for a craft in orbit.
+        """
+        first = np.asarray(self.model.state())
+        if not (np.all(np.isfinite(self.rates(first))) and np.all(np.isfinite(self.slope(first)))):
+            first = self.start
+        x = first
+        for _ in range(_STEPS):
+            matrix = self.slope(x)
+            if not np.all(np.isfinite(matrix)):
+                break
+            following = self.project(x + np.linalg.lstsq(matrix, -self.rates(x), rcond=None)[0])
+            if not np.linalg.norm(self.rates(following)) < np.linalg.norm(self.rates(x)):
+                break
+            x = following
+        largest, initial = (np.max(np.abs(self.rates(state)), initial=0.0) for state in (x, first))
+        is_near = np.linalg.norm(x - first) <= _FAR * (1 + np.linalg.norm(first))
+        return x if largest <= _AT_REST * initial and is_near else first
 
     def point(self, x: FloatArray) -> Point:
         """Return the nonzero elements of a state by name."""
@@ -104,27 +119,3 @@ Sides = tuple[Side, Side]
 def shared(old: Mapping[str, T], new: Mapping[str, T]) -> dict[str, tuple[T, T]]:
     """Return old and new values by the names that both versions have, in the order of the new one."""
     return {name: (old[name], new[name]) for name in new if name in old}
-
-
-def rest(
-    rate: Callable[[FloatArray], FloatArray],
-    slope: Callable[[FloatArray], FloatArray],
-    projection: Callable[[FloatArray], FloatArray],
-    x: FloatArray,
-) -> FloatArray:
-    """Search for a zero of the rates by Gauss-Newton steps of minimum norm, each followed by the projection.
-
-    Return the start if there is none, as for a craft in orbit.
-    """
-    first = x
-    for _ in range(_STEPS):
-        matrix = slope(x)
-        if not np.all(np.isfinite(matrix)):
-            break
-        step = np.linalg.lstsq(matrix, -rate(x), rcond=None)[0]
-        following = projection(x + step)
-        if not np.linalg.norm(rate(following)) < np.linalg.norm(rate(x)):
-            break
-        x = following
-    slow = np.max(np.abs(rate(x)), initial=0.0) <= _AT_REST * np.max(np.abs(rate(first)), initial=0.0)
-    return x if slow and np.linalg.norm(x - first) <= _FAR * (1 + np.linalg.norm(first)) else first

@@ -6,7 +6,6 @@ import html
 import json
 import re
 
-import numpy as np
 import pytest
 
 from mehvar.base.manifest import read_manifest
@@ -19,7 +18,6 @@ from mehvar.comparison.html import html_page
 from mehvar.comparison.markdown import markdown
 from mehvar.comparison.result import Diff, ModelDiff
 from mehvar.comparison.runs import MarginChange, MetricChange, RunChange, Runs
-from mehvar.comparison.sides import rest
 from mehvar.comparison.spectra import Loop
 from mehvar.estimation.margins import Margin
 from mehvar.html import quantities
@@ -245,9 +243,3 @@ def test_eigenvalues_of_two_periods_name_both():
     loop = Loop("law", 0.2, (), ((0.98 + 0j, 0.96 + 0j),), 0.1)
     assert unit(loop) == "per period of 0.1 s -> 0.2 s"
     assert unit(dataclasses.replace(loop, old_period=0.2)) == "per period of 0.2 s"
-
-
-def test_a_place_far_away_where_forces_vanish_is_no_equilibrium():
-    """Newton's steps move away from a planet by half of the distance each."""
-    gravity, slope = (lambda x: -1e9 / x**2), (lambda x: np.diag(2e9 / x**3))
-    assert rest(gravity, slope, lambda x: x, np.array([10.0])) == 10.0
