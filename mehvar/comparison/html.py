@@ -11,8 +11,8 @@ from typing import Any
 
 from mehvar.codegen.diff.report import PICTURE, EquationVerdict, ModelStatus
 from mehvar.codegen.equations.formula import Marks, Nodes, Path, Printer, SymbolNames
-from mehvar.codegen.equations.mathml import element
-from mehvar.codegen.equations.spelling import MATHML
+from mehvar.codegen.equations.mathml import mathml
+from mehvar.codegen.equations.spelling import LATEX, PAGE
 from mehvar.html import page, quantities
 from mehvar.pictures.files import pixels, small_png
 
@@ -21,8 +21,8 @@ from .result import Diff, ModelDiff
 
 _LONG, _SHORT = 3500, 700
 """Characters of MathML of a formula that is shown whole, some 25 factors, and of terms that dots would not shorten."""
-_DOTS = element("<mo>+</mo><mo>⋯</mo>")
-_MARK = MATHML.mark("").partition(">")[0]
+_DOTS = mathml(r"+ \cdots")
+_MARK = 'class="mark"'
 _KINDS = dict.fromkeys((ModelStatus.SAME, ModelStatus.NAMES, ModelStatus.PICTURE), "same")
 _KINDS[ModelStatus.UNDECIDED] = "maybe"
 _ORDER = ("changed", "maybe", "same")
@@ -102,7 +102,7 @@ class _Sheet:
             marks = frozenset(_marks(self._texts(k, root), self._texts(1 - k, roots[1 - k]), places[k]))
             latex = self._latex[k]
             spelled = equation.latex if equation.kind == "equation" else latex.get(names[k], equation.latex)
-            left = element(MATHML.name(names[k], spelled) + "<mo>=</mo>")
+            left = mathml(f"{LATEX.name(names[k], spelled)} =")
             sides.append(_Side(left, _terms(self._nodes[k], root, latex, marks)))
         return sides
 
@@ -127,7 +127,7 @@ def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks) -> l
 
     Of a long formula, dots replace the terms without marks, and terms that are long themselves.
     """
-    terms = [(element(text), marked) for text, marked in Printer(nodes, SymbolNames(latex), MATHML, marks).parts(root)]
+    terms = [(mathml(text), marked) for text, marked in Printer(nodes, SymbolNames(latex), PAGE, marks).parts(root)]
     if sum(len(text) for text, _ in terms) < _LONG:
         return terms
     shown: list[tuple[str, bool]] = []

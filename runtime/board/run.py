@@ -36,7 +36,7 @@ from .line.packets import BareLaw
 from .session import RESTARTS, BoardLaw
 from .stack import StackBound, stack_bound
 from .targets import TARGETS, MachinePort, open_target
-from .tuning import Request, Requests, TunedLaw, tuned_parameters
+from .tuning import HostLaw, Request, Requests, tuned_parameters
 
 _SELF_TEST = 200
 """Number of samples of the self-test. A wrong bit changes the checksum at once; more samples only show slower steps."""
@@ -268,7 +268,7 @@ def _tuned(model: Model, request: BoardRequest, image: Image, tunings: Sequence[
     if not tunings:
         return _simulate(model, request, real=real)
     begin = _simulate(model, request, real="float").parameters
-    return _simulate(model, request, law=TunedLaw(image.program, begin, tunings, real))
+    return _simulate(model, request, law=HostLaw(image.program, begin, tunings, real))
 
 
 def _run_bare(model: Model, request: BoardRequest, image: Image, port: Port) -> BoardRun:

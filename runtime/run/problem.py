@@ -400,7 +400,7 @@ def start_memory(model: Model, law: Controller, values: Resolved, x0: FloatArray
         return np.empty(0)
     name, r = f"{identifier(law.name)}_start", model.functions["reference"](0.0, values.p, values.s)
     if real == "float" and isinstance(model.evaluator, CBackend):
-        return model.evaluator.narrow(name, x0, r, values.p, values.c)
+        return np.asarray(model.evaluator.narrow(name, x0, r, values.p, values.c))
     return np.array(model.functions[name](x0, r, values.p, values.c))
 
 

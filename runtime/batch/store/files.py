@@ -10,7 +10,6 @@ from typing import Any, Protocol
 
 from .arrays import Read
 from .layout import Layout
-from .paths import clear_path
 from .records import (
     CURE,
     END,
@@ -80,20 +79,8 @@ class Folder:
     def __init__(self, root: Path) -> None:
         self.root = root
         self._records = Records(root)
+        self.record = self._records.store
         self._blocks: dict[int, Record] = {}
-
-    @property
-    def record(self) -> Record:
-        """Record of the store.
-
-        Raises
-        ------
-        DamageError
-            If no intact one exists.
-        """
-        if self._records.store is None:
-            raise self._damage(f"{STORE} is missing or changed")
-        return self._records.store
 
     def about(self, block: int) -> Mapping[str, Any] | None:
         """Return the facts about a stored block; None if it is not stored.
@@ -136,7 +123,6 @@ class Folder:
         self._records.remove(block)
         digests = {}
         for name, content in files:
-            clear_path(self.root, name)
             write_file(self.root / name, content)
             digests[name] = digest(content)
         force_files(self.root, digests)
@@ -149,7 +135,7 @@ class Folder:
         write_record(self.root, END, Record(layout.about(runs=layout.n), digests))
         if layout.n == self.record.about["runs"]:
             return self
-        lay_again(self.root, layout, None)
+        lay_again(self.root, layout, self.record)
         remove_beyond(self.root, layout.blocks)
         return Folder(self.root)
 
@@ -171,9 +157,9 @@ class Folder:
         return DamageError(f"{self.root} is damaged: {what}; {CURE}")
 
 
-def lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
+def lay_again(folder: Path, layout: Layout, record: Record) -> None:
     """Rewrite everything except runs and files with a matching record."""
-    kept = record.digests if record is not None and record.about["runs"] == layout.n else {}
+    kept = record.digests if record.about["runs"] == layout.n else {}
     digests = {}
     for name, content in layout.files().items():
         if kept.get(name, "") == file_digest(folder / name):

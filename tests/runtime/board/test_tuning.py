@@ -16,7 +16,7 @@ from mehvar.runtime.board.journal import Journal, read_journal
 from mehvar.runtime.board.line.link import Link
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.board.session import BoardLaw
-from mehvar.runtime.board.tuning import Requests, TunedLaw, path_of, replay, tune, tuned_parameters
+from mehvar.runtime.board.tuning import HostLaw, Requests, path_of, replay, tune, tuned_parameters
 from tests.runtime.board.conftest import Bench, load
 from tests.runtime.board.test_faults import Rebooting, Stopped
 from tests.tools import needs
@@ -121,7 +121,7 @@ def session(bench, path, port=None, after=None):
 
 
 def expected(bench, tunings):
-    return bench.simulate(law=TunedLaw(bench.program, bench.expected.parameters, tunings))
+    return bench.simulate(law=HostLaw(bench.program, bench.expected.parameters, tunings))
 
 
 @pytest.mark.parametrize("every", [67, 89])
