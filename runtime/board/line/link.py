@@ -45,6 +45,10 @@ class LinkError(MehvarError, RuntimeError):
     exit_status = 3
 
 
+class ClosedError(LinkError):
+    """Error if the line has closed, so that nothing can answer."""
+
+
 class RestartError(LinkError):
     """Error if the board restarted or served another host, so that its memory and parameters are unknown."""
 
@@ -166,6 +170,8 @@ class Link:
             while True:
                 try:
                     return self._checked(self._request(HELLO))
+                except ClosedError:
+                    raise
                 except LinkError as error:
                     if time.monotonic() - begin > patience:
                         hint = "check its port, baud rate and image"
