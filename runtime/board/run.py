@@ -220,7 +220,6 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
     law = BoardLaw(
         link,
         single.parameters,
-        layout,
         request.every or _every(request.target),
         journal,
         profiler.count if profiler else None,

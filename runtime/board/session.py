@@ -12,7 +12,6 @@ from numpy.typing import NDArray
 from mehvar.base.errors import InputError
 
 from ..model.parameters import Resolved
-from .image.header import Layout
 from .journal import Journal, Tuning
 from .line.link import Answer, Link, LinkError, RestartError
 from .tuning import Requests
@@ -43,8 +42,6 @@ class BoardLaw:
         Connected.
     resolved : Resolved
         Parameters of the run.
-    layout : Layout
-        Layout of model and law.
     every : int
         Samples between two comparisons of the memory; 1 records it at each sample.
     journal : Journal, optional
@@ -65,7 +62,6 @@ class BoardLaw:
         self,
         link: Link,
         resolved: Resolved,
-        layout: Layout,
         every: int = 1,
         journal: Journal | None = None,
         after: Callable[[], None] | None = None,
@@ -80,7 +76,7 @@ class BoardLaw:
         self._link, self._every = link, every
         self._parameters = {0: resolved}
         self._requests, self._retune = requests, retune
-        self._memory = bool(layout.memory)
+        self._memory = bool(link.layout.memory)
         self._journal, self._after = journal, after
         self._numbers: list[Floats] = []
         self._start = np.empty(0, np.float32)

@@ -198,18 +198,17 @@ def test_a_tunable_parameter_can_be_set_and_a_constant_cannot():
     bench = Bench(tunable=("F0", "dead_zone"))
     expected = bench.simulate(real="float", parameters={"F0": 3.0, "dead_zone": 1e-4})
     assert expected.u_cmd.tobytes() != bench.expected.u_cmd.tobytes()
-    law = BoardLaw(bench.link(), expected.parameters, bench.program.layout)
+    law = BoardLaw(bench.link(), expected.parameters)
     run = bench.simulate(law=law, parameters={"F0": 3.0, "dead_zone": 1e-4})
     assert run.u_cmd.tobytes() == expected.u_cmd.tobytes()
     other = bench.simulate(real="float", parameters={"forgetting": 0.99})
     bench.port.machine.advance(1100)  # until then the board waits for the host of the run before
     with pytest.raises(LinkError, match="compiled in has another value"):
-        bench.simulate(law=BoardLaw(bench.link(), other.parameters, bench.program.layout))
+        bench.simulate(law=BoardLaw(bench.link(), other.parameters))
 
 
 def test_a_run_on_the_board_is_a_run_of_simulate(bench):
-    law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout)
-    run = bench.simulate(law=law)
+    run = bench.simulate(law=bench.on_board())
     assert bench.same(run)
     assert run.z[1:].astype(np.float32).tobytes() == bench.expected.z[1:].astype(np.float32).tobytes()
 
@@ -338,6 +337,7 @@ def test_a_port_that_is_pulled_out_is_a_link_error():
 def test_the_process_ends_with_its_line():
     port = ProcessPort(build(program(load("triangle"), "path"), None, host_toolchain()).path)
     port._process.kill()
+    port._process.wait()
     for use in (partial(port.read, 60.0), partial(port.write, b"\0")):
         with pytest.raises(LinkError, match="has ended"):
             use()
