@@ -118,7 +118,7 @@ class Bench:
 
     def on_board(self, link: Link | None = None, **options: object) -> BoardLaw:
         """Return the law on the board, with the parameters of the closed loop."""
-        return BoardLaw(link or self.link(), self.expected.parameters, **options)  # type: ignore[arg-type]
+        return BoardLaw(link or self.link(), self.program, self.expected.parameters, **options)  # type: ignore[arg-type]
 
     def start(self, link: Link) -> None:
         """Set parameters and memory as the closed loop starts."""

@@ -198,13 +198,13 @@ def test_a_tunable_parameter_can_be_set_and_a_constant_cannot():
     bench = Bench(tunable=("F0", "dead_zone"))
     expected = bench.simulate(real="float", parameters={"F0": 3.0, "dead_zone": 1e-4})
     assert expected.u_cmd.tobytes() != bench.expected.u_cmd.tobytes()
-    law = BoardLaw(bench.link(), expected.parameters)
+    law = BoardLaw(bench.link(), bench.program, expected.parameters)
     run = bench.simulate(law=law, parameters={"F0": 3.0, "dead_zone": 1e-4})
     assert run.u_cmd.tobytes() == expected.u_cmd.tobytes()
     other = bench.simulate(real="float", parameters={"forgetting": 0.99})
     bench.port.machine.advance(1100)  # until then the board waits for the host of the run before
     with pytest.raises(LinkError, match="compiled in has another value"):
-        bench.simulate(law=BoardLaw(bench.link(), other.parameters))
+        bench.simulate(law=BoardLaw(bench.link(), bench.program, other.parameters))
 
 
 def test_a_run_on_the_board_is_a_run_of_simulate(bench):

@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -14,7 +13,7 @@ from mehvar.base.errors import InputError
 from mehvar.runtime.board.image.header import layout
 from mehvar.runtime.board.journal import Journal, read_journal
 from mehvar.runtime.board.run import BoardRequest, run_on_board
-from mehvar.runtime.board.tuning import HostLaw, Requests, path_of, replay, tune, tuned_parameters
+from mehvar.runtime.board.tuning import HostLaw, Requests, path_of, replay, tune
 from tests.runtime.board.conftest import Bench, load
 from tests.runtime.board.test_faults import Rebooting, Stopped
 from tests.tools import needs
@@ -109,9 +108,8 @@ def session(bench, path, port=None, after=None):
     """Return a law on a board with a journal, and that journal."""
     identity = {"scenario": "paper", "parameters": dict(bench.expected.parameters.values)}
     journal = Journal(path, identity, bench.program.layout)
-    requests, retune = Requests(path, journal.tunings), partial(tuned_parameters, bench.program)
-    options = {"every": 5, "journal": journal, "after": after, "requests": requests, "retune": retune}
-    return bench.on_board(bench.link(port), **options), journal
+    requests = Requests(path, journal.tunings)
+    return bench.on_board(bench.link(port), every=5, journal=journal, after=after, requests=requests), journal
 
 
 def expected(bench, tunings):
