@@ -188,10 +188,7 @@ class Verdicts:
                 "verdict": verdict.answer,
                 "share": verdict.requirement.share,
                 "confidence": self.confidence,
-                "runs": verdict.evidence.runs if verdict.evidence else None,
-                "fulfilled": verdict.evidence.fulfilled if verdict.evidence else None,
-                "low": verdict.evidence.low if verdict.evidence else None,
-                "high": verdict.evidence.high if verdict.evidence else None,
+                **{name: getattr(verdict.evidence, name, None) for name in ("runs", "fulfilled", "low", "high")},
                 "reason": verdict.reason,
                 "worst": [run for run, _ in verdict.worst],
             }
@@ -227,20 +224,20 @@ class Verdicts:
             for run, value in verdict.worst
         ]
 
-    def _value(self, run: int, value: float, number: str) -> str:
+    def _value(self, run: int, value: float, number: Number | None) -> str:
         """Return the required number of a run, or the reason why it has none."""
-        if not number:
+        if number is None:
             return ""
         if math.isfinite(value):
-            unit = Number(number, "the requirements").unit(scalars(self._store)) or "1"
-            return f", {number} = {value:.6g}{'' if unit == '1' else f' {unit}'}"
+            unit = number.unit(scalars(self._store)) or "1"
+            return f", {number.text} = {value:.6g}{'' if unit == '1' else f' {unit}'}"
         block = next(block for block in self._store.stored() if run in self._store.runs(block))
         row = run - self._store.runs(block).start
         status = int(self._store.read(STATUS, [block])[row])
         if status not in COMPLETE:
             return f", which ended as {STATUS_TEXT[status]!r}"
-        value = float(Number(number, "the requirements")(lambda name: column(self._store, name, [block]))[row])
-        return f", which has no {number}" if math.isnan(value) else f", {number} = {value:g}"
+        value = float(number(lambda name: column(self._store, name, [block]))[row])
+        return f", which has no {number.text}" if math.isnan(value) else f", {number.text} = {value:g}"
 
 
 class RareVerdicts(Verdicts):

@@ -32,7 +32,7 @@ from ..run.results import versions
 from ..run.user.law import PythonLaw
 from .blocks import IMPOSSIBLE, Blocks, BlockSource, Missing, Provenance, Values, check_names
 from .evaluation.requirements import DECIDED, DecisionRule, checked_confidence, read_requirements
-from .evaluation.statistics import Rule, StopRule, Success
+from .evaluation.statistics import Rule, StopRule, success_condition
 from .numerics import other_numerics
 from .plan import Campaign, Plan
 from .store.attributes import IDENTITY
@@ -168,7 +168,7 @@ def run_batch(
         warnings.warn(text, stacklevel=2)
     confidence = checked_confidence(confidence, origin)
     blocks = Blocks(plan, used)
-    condition = Success(success)
+    condition = success_condition(success)
     condition.check(blocks.scalars(), blocks.notes)
     requirements = read_requirements(require or {}, blocks.scalars(), blocks.notes, origin)
     design = "listed" if any(d.listed for d in plan.dispersions) else campaign.sampling

@@ -20,7 +20,6 @@ from ..blocks import IMPOSSIBLE, Blocks, Values
 from ..plan import Campaign, Plan
 from ..sampling import FloatArray, stream
 from ..store.layout import STATUS, array_of
-from .conditions import Criterion, Number
 from .requirements import RareEvidence, Requirement, Verdict, checked_confidence, read_requirements
 from .splitting import FEWEST, REPETITIONS, Estimate, Levels, bounds, estimate, most_levels, pilot
 
@@ -107,8 +106,6 @@ class _Seeker:
         self, blocks: Blocks, requirement: Requirement, place: int, places: int, report: Progress | None
     ) -> None:
         self._blocks, self._requirement = blocks, requirement
-        self._condition = Criterion(requirement.condition, requirement.name)
-        self._number = Number(requirement.number, requirement.name)
         self._n = blocks.plan.campaign.n
         self._runs, self._before, self._all = 0, place * self._n, places * self._n
         self._impossible, self._report = False, report
@@ -159,8 +156,9 @@ class _Seeker:
             self._report(self._before + self._runs, self._all)
         status = values[STATUS]
         self._impossible |= bool((status == IMPOSSIBLE).any())
-        number = self._number(lambda name: self._column(values, name))
-        failed = ~self._condition.succeeds(status, lambda name: self._column(values, name))
+        assert requirement.number is not None
+        number = requirement.number(lambda name: self._column(values, name))
+        failed = ~requirement.condition.succeeds(status, lambda name: self._column(values, name))
         excess = number - requirement.limit if requirement.largest else requirement.limit - number
         excess[~np.isin(status, COMPLETE) | np.isnan(excess)] = math.inf
         scores: FloatArray = np.where(failed, np.maximum(excess, 0.0), np.minimum(excess, -math.ulp(0.0)))

@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 from scipy.special import betaincinv
 from scipy.stats import binom
 
-from mehvar.runtime.batch.evaluation.binomial import log_probabilities, lower_bound, ranks
+from mehvar.runtime.batch.evaluation.binomial import lower_bound, probabilities, ranks
 from mehvar.runtime.batch.evaluation.statistics import QUANTILES
 
 
@@ -42,5 +42,7 @@ def test_ranks_of_many_numbers_are_those_of_scipy(n: int) -> None:
 
 
 @pytest.mark.parametrize(("n", "p"), [(1, 0.3), (16, 0.5), (40, 1e-9), (3000, 0.999)])
-def test_probabilities_sum_to_one(n: int, p: float) -> None:
-    assert np.exp(log_probabilities(0, n, n, p)).sum() == pytest.approx(1, rel=1e-12)
+def test_probabilities_are_those_of_scipy_and_no_others_count(n: int, p: float) -> None:
+    first, chances = probabilities(n, p)
+    np.testing.assert_allclose(chances, binom.pmf(first + np.arange(len(chances)), n, p), rtol=1e-9)
+    assert binom.cdf(first - 1, n, p) + binom.sf(first + len(chances) - 1, n, p) < 1e-15
