@@ -151,37 +151,7 @@ class Problem:
 
 @dataclass(frozen=True, kw_only=True)
 class Trajectory:
-    """Recorded samples, one per row, and the end of the run.
-
-    Attributes
-    ----------
-    t : array, (n,)
-        Sample instants in seconds.
-    x, y : array, (n, nx) and (n, ny)
-        States and outputs.
-    u : array, (n, nu)
-        The applied input over [t_k, t_k+1); u(t_k) for a continuous loop.
-    u_cmd : array, (n, nu)
-        The commanded input; differs from u with a delay.
-    z : array, (n, nz)
-        The law's memory at t_k, before its evaluation; a continuous law's own states.
-    status : Status
-        End of the run.
-    violated : int
-        Index of the limit that ended the run, -1 for none.
-    t_stop : float
-        Last instant reached, s.
-    x_stop : array, (nx,)
-        The state there.
-    statistics : mapping
-        Steps, rejected steps, and evaluations of the right-hand side.
-    error : float
-        Largest estimated error of a step over its tolerance.
-    t_stiff : float
-        Instant at which `method="auto"` found the run stiff and restarted it, s; NaN otherwise.
-    crossings : tuple of (float, int)
-        Instant of each event in seconds, and its number in `Problem.events`.
-    """
+    """Recorded samples, one per row, and the end of the run; `Run` describes the fields."""
 
     t: FloatArray
     x: FloatArray

@@ -39,18 +39,36 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, kw_only=True)
 class Run(Trajectory):
-    """A closed-loop run: its trajectory, columns in the manifest's order, and what led to it.
-
-    `Trajectory` describes t, x, u, u_cmd, y, z, status, t_stop, violated, error, t_stiff and statistics.
+    """A closed-loop run: one row per sample, columns in the manifest's order.
 
     Attributes
     ----------
     manifest, controller, scenario, backend
         Model, law and scenario of the run, and "c", "python" or "casadi".
+    t : array, (n,)
+        Sample instants in seconds.
+    x, y : array, (n, nx) and (n, ny)
+        States and outputs.
+    u : array, (n, nu)
+        The applied input over [t_k, t_k+1); u(t_k) for a continuous loop.
+    u_cmd : array, (n, nu)
+        The commanded input; differs from u with a delay.
+    z : array, (n, nz)
+        The law's memory at t_k, before its evaluation; a continuous law's own states.
     w : array, (n, nw)
         Reports of the law.
+    status : Status
+        End of the run.
     reason : str
         Reason for the end in words.
+    t_stop : float
+        Last instant reached, s.
+    x_stop : array, (nx,)
+        The state there.
+    violated : int
+        Index of the limit that ended the run, -1 for none.
+    error : float
+        Largest estimated error of a step over its tolerance.
     hold : float or None
         Hold time of a sampled law in seconds; None for a continuous loop.
     parameters : Resolved
@@ -61,10 +79,14 @@ class Run(Trajectory):
         Effective method, tolerances, sampling.
     changed : mapping
         Changes of the scenario: choices, parameters, options, initial states, inputs.
-    events : tuple of (float, str)
-        Instant of each event in seconds, and its name.
+    events, crossings : tuple of (float, str or int)
+        Instant of each event in seconds, and its name, or its number among `possible_events`.
     method : str
         The integrator; for `method="auto"`, the one finally used.
+    t_stiff : float
+        Instant at which `method="auto"` found the run stiff and restarted it, s; NaN otherwise.
+    statistics : mapping
+        Steps, rejected steps, and evaluations of the right-hand side.
     compile_seconds, run_seconds : float
         Time to compile or load the code, and to integrate.
     """
