@@ -13,7 +13,7 @@ The recursion is that of Featherstone: Rigid body dynamics algorithms. Springer 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Annotated
 
@@ -25,15 +25,13 @@ from ...derivation import Expr
 from ...geometry import Shape
 from ...mechanics import cross_matrix, quaternion_product, quaternion_rotation
 from ...quantities import ModelError, Quantity
-from ...system import Condition
 from ..frame import AXES, ZERO, point_inertia, quaternion, triple
 from ..motion import Motion
 from ..part import Mounted, Part, points, start
 from ..terms import Aggregates, Contribution, Load, State
-from ..values import Complete, Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
+from ..values import Complete, Number, Parameters, Rows, Tensor, Vector, direction, place, scalar, tensor
 
 JOINTS = ("hinge", "slider", "ball")
-_OPTIONAL = {"stiffness": scalar("k", "", "stiffness", "[0, inf)"), "damping": scalar("d", " s", "damping", "[0, inf)")}
 
 
 @dataclass(frozen=True)
@@ -66,8 +64,8 @@ class Link(metaclass=Complete):
     axis: Annotated[Vector | None, direction("a", "axis")] = None
     at: Annotated[Vector, place("r", "joint from the one before")] = (0, 0, 0)
     centre: Annotated[Vector, place("c", "centre of mass from the joint, at zero")] = (0, 0, 0)
-    stiffness: Number | None = None
-    damping: Number | None = None
+    stiffness: Annotated[Number | None, scalar("k", "N m/rad", "stiffness", "[0, inf)", absent=0)] = None
+    damping: Annotated[Number | None, scalar("d", "N m s/rad", "damping", "[0, inf)", absent=0)] = None
     motor: bool = False
 
     def __post_init__(self) -> None:
@@ -79,6 +77,11 @@ class Link(metaclass=Complete):
             )
         if self.joint == "ball" and (self.motor or self.stiffness is not None):
             raise ModelError("a ball joint cannot have a motor or a stiffness; leave them out")
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of fields that depend on the joint."""
+        return {"stiffness": "N/m", "damping": "N s/m"} if self.joint == "slider" else {}
 
 
 @dataclass(frozen=True)
@@ -139,29 +142,7 @@ class Chain(Part):
         From the hub to the tip.
     """
 
-    links: Sequence[Link] = field(default=())
-
-    def __post_init__(self) -> None:
-        if not self.links:
-            raise ModelError(f"{self.name}.links: must have at least one link")
-
-    def values(self, parameters: Parameters) -> SimpleNamespace:
-        links = []
-        for name, link in self._named():
-            result, place = parameters.of(link, name), "m" if link.joint == "slider" else "rad"
-            force = "N" if link.joint == "slider" else "N m"
-            for option, kind in _OPTIONAL.items():
-                value, kind = getattr(link, option), replace(kind, unit=f"{force}{kind.unit}/{place}")
-                symbol = (
-                    None if value is None else parameters.number(kind, f"{name}_{kind.symbol}", value, kind.meaning)
-                )
-                setattr(result, option, symbol)
-            links.append(result)
-        return SimpleNamespace(links=links)
-
-    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
-        pairs = zip(self._named(), at.values.links, strict=True)
-        return tuple(c for (name, link), v in pairs for c in conditions(name, v, kinds(link) | _OPTIONAL))
+    links: Annotated[Sequence[Link], Rows(Link)] = ()
 
     def _named(self) -> list[tuple[str, Link]]:
         return [(f"{self.name}_{k}", link) for k, link in enumerate(self.links, 1)]
@@ -227,10 +208,8 @@ class Chain(Part):
             momentum, angular = momentum + v.mass * moving, angular + v.mass * centre.cross(moving) + spin
             energy += (v.mass * moving.dot(moving) + link_motion.rate.dot(spin)) / 2
             speeds = [q.symbol for q in speeds_of(name, link)]
-            if v.stiffness is not None:
-                potential += v.stiffness * places_of(name, link)[0].symbol ** 2 / 2
-            if v.damping is not None:
-                power -= v.damping * sp.Add(*(speed**2 for speed in speeds))
+            potential += v.stiffness * places_of(name, link)[0].symbol ** 2 / 2
+            power -= v.damping * sp.Add(*(speed**2 for speed in speeds))
             if link.motor:
                 power += next(motors).symbol * speeds[0]
         return Aggregates(mass, first, inertia, momentum, angular, energy, potential, power=power)
@@ -381,13 +360,8 @@ def _bias(link_motion: LinkMotion, link: Link, before: sp.Matrix) -> sp.Matrix:
 
 def _forces(name: str, link: Link, v: SimpleNamespace, motor: Expr) -> list[Expr]:
     """Return the force along each speed of a joint."""
-    result = []
-    for speed in (q.symbol for q in speeds_of(name, link)):
-        force = motor - v.damping * speed if v.damping is not None else motor
-        if v.stiffness is not None:
-            force -= v.stiffness * places_of(name, link)[0].symbol
-        result.append(force)
-    return result
+    spring = v.stiffness * places_of(name, link)[0].symbol
+    return [motor - v.damping * speed.symbol - spring for speed in speeds_of(name, link)]
 
 
 def _eliminated(

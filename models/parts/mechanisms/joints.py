@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Annotated
 
@@ -56,7 +56,7 @@ class Joint(Part):
             place = self._coordinate().place
             assert place is not None
             kind = scalar("locked", place.unit, f"{place.description}, locked", "(-inf, inf)")
-            result.locked = parameters.number(kind, f"{self.name}_locked", self.locked, kind.meaning)
+            result.locked = parameters.number(kind, self.name, self.locked)
         return result
 
     @abstractmethod
@@ -89,18 +89,12 @@ class Joint(Part):
         place, speed = self._motion(at)
         if self.motion == "locked":
             return rigid
-        potential, force = self._forces(at, place, speed)
-        prescribed = (self.inputs()[0].symbol,) if self.motion == "prescribed" else ()
-        return replace(
-            rigid, energy=inertia * speed**2 / 2, potential=potential, forces=(force,), prescribed=prescribed
-        )
-
-    def _forces(self, at: Mounted, place: Expr, speed: Expr) -> tuple[Expr, Expr]:
-        """Return the potential of the spring, and the force of damper and motor."""
-        v = at.values
-        potential = v.stiffness * place**2 / 2 if v.stiffness is not None else sp.S.Zero
-        force: Expr = -v.damping * speed if v.damping is not None else sp.S.Zero
-        return potential, force + (self.inputs()[0].symbol if self.motor else sp.S.Zero)
+        v, commands = at.values, tuple(q.symbol for q in self.inputs())
+        return rigid + Aggregates(
+            energy=inertia * speed**2 / 2, potential=v.stiffness * place**2 / 2,
+            forces=(sp.Add(-v.damping * speed, *(commands if self.motor else ())),),
+            prescribed=() if self.motor else commands,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -131,8 +125,8 @@ class Hinge(Joint):
         N m/rad, N m s/rad.
     """
 
-    stiffness: Annotated[Number | None, scalar("k", "N m/rad", "stiffness", "[0, inf)")] = None
-    damping: Annotated[Number | None, scalar("d", "N m s/rad", "damping", "[0, inf)")] = None
+    stiffness: Annotated[Number | None, scalar("k", "N m/rad", "stiffness", "[0, inf)", absent=0)] = None
+    damping: Annotated[Number | None, scalar("d", "N m s/rad", "damping", "[0, inf)", absent=0)] = None
 
     def _command(self) -> Quantity:
         return Quantity(f"{self.name}_torque", "N m", f"torque of {self.name}")
@@ -170,8 +164,8 @@ class Slider(Joint):
         N/m, N s/m.
     """
 
-    stiffness: Annotated[Number | None, scalar("k", "N/m", "stiffness", "[0, inf)")] = None
-    damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)")] = None
+    stiffness: Annotated[Number | None, scalar("k", "N/m", "stiffness", "[0, inf)", absent=0)] = None
+    damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)", absent=0)] = None
 
     def _command(self) -> Quantity:
         return Quantity(f"{self.name}_force", "N", f"force on {self.name}")

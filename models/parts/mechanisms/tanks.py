@@ -71,11 +71,11 @@ class Tank(Part):
     thrust: Annotated[Vector | None, direction("t", "direction of the thrust")] = None
     exhaust: Annotated[Number | None, scalar("ve", "m/s", "velocity of what leaves")] = None
     at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
-    flow: Annotated[Number | None, scalar("wmax", "kg/s", "largest flow")] = None
-    reserve: Annotated[Number | None, scalar("m_min", "kg", "fuel that stays", "[0, inf)")] = None
+    flow: Annotated[Number | None, scalar("wmax", "kg/s", "largest flow", absent=sp.oo)] = None
+    reserve: Annotated[Number | None, scalar("m_min", "kg", "fuel that stays", "[0, inf)", absent=-sp.oo)] = None
     share: Annotated[Number | None, scalar("share", "1", "part of the fuel that swings", "(0, 1)")] = None
     length: Annotated[Number | None, scalar("l", "m", "length of the rod")] = None
-    damping: Annotated[Number | None, scalar("c", "m^2/s", "damping over mass", "[0, inf)")] = None
+    damping: Annotated[Number | None, scalar("c", "m^2/s", "damping over mass", "[0, inf)", absent=0)] = None
     rest: tuple[int, int, int] = (-1, 0, 0)
 
     def __post_init__(self) -> None:
@@ -108,10 +108,8 @@ class Tank(Part):
         if bob is None:
             return None
         mass = at.define("swinging", v.share * self.fuel, "fuel that swings", "kg")
-        damping = None
-        if v.damping is not None:
-            damping = at.define("damping", v.damping * mass, "damping of the bob", "N m s")
-        values = SimpleNamespace(mass=mass, length=v.length, at=v.at, damping=damping, inertia=None)
+        damping = at.define("damping", v.damping * mass, "damping of the bob", "N m s")
+        values = SimpleNamespace(mass=mass, length=v.length, at=v.at, damping=damping, inertia=sp.S.Zero)
         return bob, Mounted(bob.name, values, at.craft)
 
     def _lumps(self, at: Mounted) -> list[_Lump]:
@@ -143,13 +141,8 @@ class Tank(Part):
     def aggregates(self, at: Mounted) -> Aggregates:
         v, swinging = at.values, self._swinging(at)
         if swinging is None:
-            return Aggregates(self.fuel, self.fuel * v.at, point_inertia(self.fuel, v.at))
-        bob, mounted = swinging
-        rest, of = (1 - v.share) * self.fuel, bob.aggregates(mounted)
-        return Aggregates(
-            rest + of.mass, rest * v.at + of.first, point_inertia(rest, v.at) + of.inertia,
-            of.momentum, of.angular, of.energy, power=of.power,
-        )  # fmt: skip
+            return Aggregates.body(self.fuel, v.at)
+        return Aggregates.body((1 - v.share) * self.fuel, v.at) + swinging[0].aggregates(swinging[1])
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         v = at.values
@@ -196,11 +189,8 @@ class Tank(Part):
         return Load(force, ZERO, couple), power
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
-        v = at.values
-        flow: Expr = sp.Max(commanded[0], 0)
-        if v.flow is not None:
-            flow = sp.Min(flow, v.flow)
-        return (flow if v.reserve is None else sp.Piecewise((0, self.fuel <= v.reserve), (flow, True)),)
+        flow = sp.Min(sp.Max(commanded[0], 0), at.values.flow)
+        return (sp.Piecewise((0, self.fuel <= at.values.reserve), (flow, True)),)
 
     def limits(self, at: Mounted) -> tuple[Condition, ...]:
         return (Condition(self.fuel, f"the fuel in {self.name} is used up"),)
