@@ -52,7 +52,7 @@ class GravityGradient(Part):
         mass = at.define("m", whole.mass, "mass", "kg")
         centre = at.vector("c", whole.first / mass, "centre of mass", "m")
         inertia = whole.inertia - point_inertia(mass, centre)
-        inertia = at.frame.tensor(f"{at.name}_J", inertia, "gradient: inertia about the centre of mass", "kg m^2")
+        inertia = at.tensor("J", inertia, "inertia about the centre of mass", "kg m^2")
         up = here.up
         turned = at.vector("Jn", inertia * up, "inertia times the direction from the Earth", "kg m^2")
         along = at.define("nJn", up.dot(turned), "moment of inertia along that direction", "kg m^2")

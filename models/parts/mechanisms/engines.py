@@ -67,9 +67,8 @@ class Engine(Part):
     def _along(self, at: Mounted) -> sp.Matrix:
         """Return the direction of the force."""
         v, (first, second) = at.values, (at.frame.circle(q.symbol) for q in self._angles())
-        across = v.axis.cross(v.direction)
-        side = at.vector("side", across / sp.sqrt(across.dot(across)), "direction of the force at 90 degrees", "1")
-        turned = first[0] * side.cross(v.axis) + first[1] * side
+        front, side = at.across(v.axis, v.direction, "direction of the force")
+        turned = first[0] * front + first[1] * side
         return second[0] * turned + second[1] * v.axis
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:

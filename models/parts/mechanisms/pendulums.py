@@ -15,6 +15,7 @@ from ..charts import NEAR
 from ..part import Mounted, Part
 from ..terms import Aggregates, Coordinate, Particle
 from ..values import Number, Vector, direction, place, scalar
+from .joints import freedom
 
 
 @dataclass(frozen=True)
@@ -103,11 +104,9 @@ class Pendulum(Part):
     def _rod(self, at: Mounted) -> tuple[sp.Matrix, list[sp.Matrix]]:
         """Return the rod's direction and its derivatives with respect to the angles."""
         axis = at.values.axis
-        normal = axis.cross(at.values.rest)
-        side = at.vector("side", normal / sp.sqrt(normal.dot(normal)), "direction of the rod at 90 degrees", "1")
-        down = at.vector("down", side.cross(axis), "direction of the rod at zero", "1")
+        front, side = at.across(axis, at.values.rest, "direction of the rod")
         (c, s), *second = self._circles(at)
-        rod, slope = c * down + s * side, c * side - s * down
+        rod, slope = c * front + s * side, c * side - s * front
         if not second:
             return rod, [slope]
         ((c2, s2),) = second
@@ -146,13 +145,12 @@ class SprungMass(Part):
     damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)", absent=0)] = None
 
     def coordinates(self) -> tuple[Coordinate, ...]:
-        place = Quantity(f"{self.name}_place", "m", f"place of {self.name} along its axis")
-        return (Coordinate(Quantity(f"{self.name}_speed", "m/s", f"speed of {self.name}"), place),)
+        place, speed, _ = freedom("slider", self.name)
+        return (Coordinate(speed, place),)
 
     def _coordinate(self) -> tuple[Expr, Expr]:
-        (c,) = self.coordinates()
-        assert c.place is not None
-        return c.place.symbol, c.speed.symbol
+        place, speed, _ = freedom("slider", self.name)
+        return place.symbol, speed.symbol
 
     def particle(self, at: Mounted) -> Particle:
         v, (shift, speed) = at.values, self._coordinate()

@@ -252,12 +252,9 @@ class ControlMomentGyro(Part):
 
     def _axes(self, at: Mounted) -> tuple[sp.Matrix, sp.Matrix]:
         """Return the rotor's axis, and the axis normal to it and to the gimbal's."""
-        v = at.values
         cosine, sine = at.frame.circle(self.gimbal_angle)
-        normal = v.gimbal.cross(v.spin)
-        side = at.vector("side", normal / sp.sqrt(normal.dot(normal)), "axis across both at zero", "1")
-        spin = at.vector("rotor", side.cross(v.gimbal), "axis of the rotor at zero", "1")
-        return cosine * spin + sine * side, cosine * side - sine * spin
+        front, side = at.across(at.values.gimbal, at.values.spin, "axis of the rotor")
+        return cosine * front + sine * side, cosine * side - sine * front
 
 
 def of_no_body(part: Part, values: object, names: Sequence[str], margins: Iterable[Expr]) -> Iterator[Condition]:
