@@ -21,7 +21,7 @@ from ..geometry import Shape
 from ..quantities import Group, ModelError, Parameter, Quantity, caller
 from ..system import Actuator, Condition, Controller, System
 from ..tables import check_names
-from .assembly import accelerations, contributions, mount
+from .assembly import contributions, mount, moved
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .control import Law, LawText
 from .environment import Orbit
@@ -355,8 +355,7 @@ class Spacecraft:
             if all(c.inertia[axis, axis] == 0 and c.matrix.is_zero_matrix and not c.followers for c in added):
                 text = "give the Hub one, or mount mass off the axis"
                 raise ModelError(f"{self.name} has no inertia about {AXES[axis]}: {text}")
-        frame.derivation.section("Accelerations")
-        motions = accelerations(frame, [part.name for part in self.parts], added, list(MOTIONS[self.motion]))
+        motions = moved(craft, unknowns=MOTIONS[self.motion])
         frame.derivation.section("Rates")
         own = [part.rates(at, motion) for (part, at), motion in zip(craft.parts, motions, strict=True)]
         linear = motions[0].origin - frame.rate.cross(self._components(self._velocity))
