@@ -86,21 +86,16 @@ class Modes(Part):
         )
 
     def aggregates(self, at: Mounted) -> Aggregates:
-        first, momentum, angular = (sp.zeros(3, 1) for _ in range(3))
-        energy = potential = sp.S.Zero
-        forces = []
+        result = Aggregates()
         for mode, coordinate in zip(at.values.modes, self.coordinates(), strict=True):
             assert coordinate.place is not None
             place, speed = coordinate.place.symbol, coordinate.speed.symbol
-            first += mode.linear * place
-            momentum += mode.linear * speed
-            angular += mode.angular * speed
-            energy += speed**2 / 2
-            potential += mode.frequency**2 * place**2 / 2
-            forces.append(-2 * mode.damping * mode.frequency * speed)
-        return Aggregates(
-            first=first, momentum=momentum, angular=angular, energy=energy, potential=potential, forces=tuple(forces)
-        )
+            result += Aggregates(
+                first=mode.linear * place, momentum=mode.linear * speed, angular=mode.angular * speed,
+                energy=speed**2 / 2, potential=mode.frequency**2 * place**2 / 2,
+                forces=(-2 * mode.damping * mode.frequency * speed,),
+            )  # fmt: skip
+        return result
 
 
 def _minors(m: sp.Matrix) -> tuple[Expr, ...]:
