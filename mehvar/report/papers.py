@@ -12,7 +12,7 @@ from markupsafe import Markup
 
 from mehvar import html
 from mehvar.base.units import pretty_unit
-from mehvar.comparison.text import number as eigenvalue
+from mehvar.comparison.effects import number as eigenvalue
 from mehvar.pictures.scene import Scene
 from mehvar.reproduction.claims import Check, Claim, ClaimKind, ClaimVerdict, tally
 from mehvar.reproduction.ledger_page import FILTERS
