@@ -12,7 +12,7 @@ from typing import Any, Self
 
 import sympy as sp
 
-from ..derivation import Expr, free_symbols
+from ..derivation import Derivation, Expr, free_symbols
 from ..events import Event
 from ..geometry import Shape
 from ..quantities import ModelError, Quantity
@@ -298,11 +298,12 @@ class Part(metaclass=Complete):
         Rates and powers are left out, as they need the solution of the craft's equations.
         """
         values, symbols = generic(at.values, kinds(self))
-        own = replace(at, values=values)
+        frame = replace(at.frame, derivation=Derivation(), names={}, slopes={}, constants=set(at.frame.constants))
+        own = replace(at, values=values, craft=replace(at.craft, frame=frame))  # the craft's steps have other numbers
         terms = (self.total(own), self.contribution(own), self.loads(own), self.mean_loads(own), self.events(own),
                  self.jumps(own), self.limits(own), self.applied(own, [q.symbol for q in self.inputs()]),
                  self.shapes(own), set(self.constraints(own)) - set(Part.constraints(self, own)))  # fmt: skip
-        used = free_symbols(expressions(terms), at.frame.derivation.definitions)
+        used = free_symbols(expressions(terms), frame.derivation.definitions)
         return [name for name, of in symbols.items() if not of & used]
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:

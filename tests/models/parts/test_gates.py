@@ -66,6 +66,17 @@ def test_every_part_keeps_the_laws_of_mechanics(case, motion):
     assert max(craft_of(HUB, PUSH, TURN, PARTS[case], motion=motion).check().values()) < 1e-13
 
 
+PLANAR = {case: (part,) for case, part in PARTS.items()}
+PLANAR["two bobs and a wheel"] = Bob("b", **BEAM, rest=(0, 1, 0)), PARTS["bob"], Wheel("c", axis=(1, 0, 1), inertia=0.2)
+BRIEF = "bob", "two bobs and a wheel", "unbalanced wheel along an axis"
+"""Ways to solve in a plane: by the pulls of one bob, and of several; and a part that names steps by its numbers."""
+
+
+@pytest.mark.parametrize("case", [c if c in BRIEF else pytest.param(c, marks=pytest.mark.soak) for c in PLANAR])
+def test_every_part_keeps_the_laws_of_mechanics_in_a_plane(case):
+    assert max(craft_of((HUB, *PLANAR[case]), motion="plane").check().values()) < 1e-13
+
+
 @pytest.mark.parametrize("case", LOSSY)
 @pytest.mark.share(24)
 def test_dampers_take_energy(case):
