@@ -149,45 +149,15 @@ def moved(craft: Craft, loads: Sequence[Load] = (), unknowns: Sequence[int] = ra
     loads : sequence of Load
         On the hub, besides those of the parts.
     unknowns : sequence of int
-        As of `accelerations`.
-
-    Returns
-    -------
-    list of Motion
-        For each part.
-    """
-    added, names = contributions(craft), [part.name for part, _ in craft.parts]
-    craft.frame.derivation.section("Accelerations")
-    return accelerations(craft.frame, names, added, unknowns, loads)
-
-
-def accelerations(
-    frame: Frame,
-    names: Sequence[str],
-    parts: Sequence[Contribution],
-    unknowns: Sequence[int],
-    loads: Sequence[Load] = (),
-) -> list[Motion]:
-    """Solve the equations of an assembly for its accelerations.
-
-    Parameters
-    ----------
-    frame : Frame
-        The axes of the hub; receives the steps.
-    names : sequence of str
-        Of the parts.
-    parts : sequence of Contribution
-        Contribution of each part.
-    unknowns : sequence of int
         Indices of the components of a (0 to 2) and W' (3 to 5) that are not structurally zero.
-    loads : sequence of Load
-        On the hub, besides those of the parts.
 
     Returns
     -------
     list of Motion
         For each part, with its own accelerations.
     """
+    frame, names, parts = craft.frame, [part.name for part, _ in craft.parts], contributions(craft)
+    frame.derivation.section("Accelerations")
     reduced = [_reduced(frame, name, part) for name, part in zip(names, parts, strict=True)]
     sums = _sums(frame, parts, reduced)
     rigid = _without_followers(frame, names, parts, sums)

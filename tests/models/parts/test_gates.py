@@ -63,7 +63,7 @@ def bare() -> Balances:
 @pytest.mark.parametrize("case", PARTS)
 @pytest.mark.share(32)
 def test_every_part_keeps_the_laws_of_mechanics(case, motion):
-    assert max(craft_of((HUB, PUSH, TURN, PARTS[case]), motion=motion).check().values()) < 1e-13
+    assert max(craft_of(HUB, PUSH, TURN, PARTS[case], motion=motion).check().values()) < 1e-13
 
 
 PLANAR = {case: (part,) for case, part in PARTS.items()}
@@ -198,7 +198,7 @@ class Driven(Part):
 
 
 def test_what_is_prescribed_moves_what_is_free():
-    assert max(craft_of((HUB, PUSH, TURN, Driven("a", 3.0))).check().values()) < 1e-13
+    assert max(craft_of(HUB, PUSH, TURN, Driven("a", 3.0)).check().values()) < 1e-13
 
 
 def body_at(part: Hinge | Slider, place: float) -> Hub:
@@ -396,5 +396,5 @@ def test_random_assemblies_keep_their_balances(seed):
     parts: list[Part] = [replace(PARTS[name], name=f"part{k}") for k, name in enumerate(names)]
     order = rng.permutation(len(parts) + 3)
     pool = [HUB, PUSH, TURN, *parts]
-    whole = craft_of([pool[k] for k in order], motion=str(rng.choice(["free", "attitude"])))
+    whole = craft_of(*(pool[k] for k in order), motion=str(rng.choice(["free", "attitude"])))
     assert max(whole.check().values()) < ROUNDING
