@@ -13,10 +13,8 @@ from markupsafe import Markup
 from mehvar import html
 from mehvar.base.units import pretty_unit
 from mehvar.comparison.text import number as eigenvalue
-from mehvar.pictures.scene import Scene
 from mehvar.reproduction.claims import Check, Claim, ClaimKind, ClaimVerdict, tally
 from mehvar.reproduction.ledger_page import FILTERS
-from mehvar.reproduction.paper import Reproduction
 from mehvar.runtime.run.metrics import Deviation
 
 from .backends import POINTS, TOLERANCE
@@ -66,16 +64,6 @@ def _part(name: str, content: Mapping[str, object], pictures: Sequence[Picture] 
     return Part(Markup(html.page("report/papers.html.j2", filters, part=name, content=content)), pictures)
 
 
-def paper_stage(model: str, paper: Reproduction, scene: Scene, until: float | None = None) -> Stage:
-    """Return a paper's animation, of its own runs with events or of given runs up to the time `until`."""
-    words = paper.captions.scene
-    if until is None:
-        return Stage(model, words.title, f"{words.shown} {words.caption}", model, paper.script, scene)
-    shown = max(float(series["t"][-1]) for series in scene.runs.values())
-    part = f" Of {until:g} s the first {shown:g} are shown." if shown < until else ""
-    return Stage(model, "Motion", words.caption + part, model, paper.script, scene)
-
-
 def _overview(
     reports: Sequence[PaperReport], pages: Mapping[str, Page], facts: Mapping[str, str], others: Mapping[str, str]
 ) -> Page:
@@ -117,7 +105,8 @@ def _outcome(verdict: ClaimVerdict) -> str:
 def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, str]) -> Page:
     """Return the page about a paper; it omits sections for which the paper has no contents."""
     name = report.manifest.model
-    stage = paper_stage(name, report.paper, report.scene)
+    words = report.paper.captions.scene
+    stage = Stage(name, words.title, words.caption, report.scene)
     runs_here = [Part(_INVITATION.format(live[name]))] if name in live else []
     content = {"report": report, "name": name, "seed": SEED, "points": POINTS, "tolerance": TOLERANCE}
     counts, drawn = tally(report.claims), (*report.manifest.parameters, *report.manifest.scenario_parameters)

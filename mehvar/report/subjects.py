@@ -18,10 +18,8 @@ from mehvar.codegen.equations.document import Document, Row
 from mehvar.codegen.equations.formula import Printer, SymbolNames
 from mehvar.codegen.equations.mathml import content, element
 from mehvar.codegen.equations.spelling import MATHML
-from mehvar.pictures.geometry import geometry_scene
 from mehvar.pictures.style import case_text, require_matplotlib
-from mehvar.reproduction.paper import has_paper, load_reproduction, result_picture
-from mehvar.reproduction.recorded import recorded_scene
+from mehvar.reproduction.paper import result_picture
 from mehvar.reproduction.runs import Runs as PaperRuns
 from mehvar.runtime.model.catalogue import find_model, is_installed
 from mehvar.runtime.model.generated import check_unedited
@@ -31,8 +29,8 @@ from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.run.results import to_dataset
 
 from .content import picture
-from .page import Drawing, Formulas, Section, Stage, Table, Text, geometry_script
-from .papers import paper_stage
+from .page import Drawing, Formulas, Section, Stage, Table, Text
+from .scene import scene
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -53,7 +51,7 @@ def model_sections(model: Model) -> list[Section]:
     case = manifest.scenario(None)
     datasets = {law: to_dataset(runs(law, case.name)) for law in manifest.controllers}
     return [
-        *_animation(_model_stage(model, runs, datasets)),
+        *_animation(_stage(datasets, model)),
         *_derivation(manifest.folder),
         _numbers(manifest),
         *(_run(dataset, manifest, f"run-{law}", f"Run: {law}, {case.name}") for law, dataset in datasets.items()),
@@ -116,7 +114,7 @@ def run_sections(
 def run_stage(
     dataset: xr.Dataset, manifest: Manifest, model: Model | str | os.PathLike[str] | None = None
 ) -> Stage | None:
-    """Return the animation of a run by its paper or its model's geometry, or None without both.
+    """Return the animation of a run by its model's geometry, or None without one.
 
     The functions of `model` compute the points; default: the installed model, if it has the version of the run.
 
@@ -135,28 +133,16 @@ def run_stage(
         own = load(name)
     else:
         return None
-    if animated := recorded_scene(dataset, manifest):
-        return paper_stage(name, *animated, float(dataset["t"].values[-1]))
-    if not manifest.geometry:
-        return None
     title = f"{dataset.attrs['controller']}, {case_text(dataset.attrs)}"
-    return _geometry_stage({title: dataset}, own)
+    return _stage({title: dataset}, own)
 
 
-def _model_stage(model: Model, runs: PaperRuns, datasets: Mapping[str, xr.Dataset]) -> Stage | None:
-    """Return the animation of each law's run, or of the runs in the model's paper."""
-    name = model.manifest.model
-    if has_paper(name):
-        paper = load_reproduction(name)
-        until = max(float(dataset["t"].values[-1]) for dataset in datasets.values())
-        return paper_stage(name, paper, paper.scene(runs), until)
-    return _geometry_stage(datasets, model) if model.manifest.geometry and datasets else None
-
-
-def _geometry_stage(datasets: Mapping[str, xr.Dataset], model: Model) -> Stage:
-    name, shapes = model.manifest.model, ", ".join(shape.name for shape in model.manifest.geometry)
-    scene = geometry_scene(datasets, model)
-    return Stage(name, "Motion", f"Shown: {shapes}.", "geometry", geometry_script(), scene)
+def _stage(datasets: Mapping[str, xr.Dataset], model: Model) -> Stage | None:
+    shapes = model.manifest.geometry
+    if not shapes or not datasets:
+        return None
+    caption = f"Shown: {', '.join(shape.name for shape in shapes)}. Drag the picture to look from another side."
+    return Stage(model.manifest.model, "Motion", caption, scene(datasets, model))
 
 
 def _animation(stage: Stage | None) -> list[Section]:

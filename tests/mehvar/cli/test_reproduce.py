@@ -13,7 +13,6 @@ import pytest
 from mehvar.base.errors import InputError
 from mehvar.cli import reproduce as module
 from mehvar.cli.reproduce import reproduce
-from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
 from mehvar.report import content
 from mehvar.report.backends import Agreement, FunctionAgreement
@@ -284,7 +283,6 @@ def test_drawing_again_gives_the_same_bytes(report, number):
 
 def _only_claims(monkeypatch, claims):
     """Replace what every paper claims, and leave out what takes time."""
-    scene = Scene(runs={}, constants={}, panels=(), speeds=(1.0,))
     triangle = load_reproduction("triangle")
     captions = replace(triangle.captions, citation="A & B", readings=())
     monkeypatch.setattr(module, "paper_models", lambda tree: SHOWN)
@@ -296,9 +294,9 @@ def _only_claims(monkeypatch, claims):
         texts=(),
         statements=nothing,
         more_claims=claims,
-        scene=lambda runs: scene,
     )
     monkeypatch.setattr(content, "load_reproduction", lambda name: paper)
+    monkeypatch.setattr(content, "scene", lambda *given: {"runs": {}, "panels": []})
     for name in ("run_study", "agreement"):
         monkeypatch.setattr(content, name, lambda *given: None)
     for name in ("deviations", "loop_spectra"):
@@ -332,7 +330,7 @@ def test_what_fails_is_called_by_its_name(tmp_path, monkeypatch, capsys):
     different = Agreement([FunctionAgreement("rhs", 500, 0.0), FunctionAgreement("jac_x", 500, 1e-9)], [])
     monkeypatch.setattr(content, "agreement", lambda runs: different)
     words = BeyondWords("", {}, (), (), (ClaimText("B1", "it is light"),))
-    failing = Beyond(words, {}, {"B1": lambda *given: [Check("m", "1", "2", False)]})
+    failing = Beyond(words, (), {"B1": lambda *given: [Check("m", "1", "2", False)]})
     monkeypatch.setattr(content, "load_beyond", lambda name: failing)
     board = OnBoard("pd", False, "", "", (), "", text_figure("nothing"))
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards([board]))
