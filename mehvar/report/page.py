@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import base64
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
@@ -17,7 +16,7 @@ from mehvar.base.errors import bad_value
 from mehvar.base.units import pretty_unit
 from mehvar.runtime.files import write_atomic
 
-from .content import Picture
+from .picture import Picture
 
 _SCRIPTS = (
     "uplot/uPlot.iife.min.js", "data.js", "save.js", "charts.js", "view.js", "geometry.js", "player.js", "report.js",
@@ -88,11 +87,12 @@ Block = Text | Table | Formulas | Drawing | Stage | Part
 
 @dataclass(frozen=True)
 class Section:
-    """A section of the page with a heading; the contents link to `anchor`."""
+    """A section of the page with a heading; the contents link to `anchor`, and blocks of `fold` are shown on demand."""
 
     anchor: str
     title: str
     blocks: Sequence[Block]
+    fold: bool = False
 
 
 @dataclass(frozen=True)
@@ -113,7 +113,7 @@ def page_text(page: Page) -> str:
     pictures += [picture for block in blocks if isinstance(block, Part) for picture in block.pictures]
     text = html.page(
         "report/page.html.j2",
-        {"typeset": typeset, "uri": uri, "numerals": numerals},
+        {"typeset": typeset, "numerals": numerals},
         page=page,
         styles=[_asset(name) for name in _STYLES],
         scripts=[_asset(name) for name in _SCRIPTS],
@@ -150,11 +150,6 @@ def _data(pictures: Sequence[Picture], stages: Sequence[Stage]) -> Markup:
         "scenes": {stage.name: stage.scene for stage in stages},
     }
     return html.script_data(data)
-
-
-def uri(picture: Picture) -> str:
-    """Return the static picture as a data URL."""
-    return "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii")
 
 
 def numerals(text: str) -> str:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup
 
 from mehvar.base.errors import bad_value
-from mehvar.base.manifest import Manifest, Parameter
+from mehvar.base.manifest import Manifest
 from mehvar.codegen.equations.document import Document, Row
 from mehvar.codegen.equations.formula import Printer, SymbolNames
 from mehvar.codegen.equations.mathml import content, element
@@ -28,14 +28,13 @@ from mehvar.runtime.run.metrics import metrics, metrics_of
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.run.results import to_dataset
 
-from .content import picture
 from .page import Drawing, Formulas, Section, Stage, Table, Text
+from .picture import picture
 from .scene import scene
+from .tables import model_tables
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_MEANING = ("name", "unit", "meaning")
 
 
 def model_sections(model: Model) -> list[Section]:
@@ -53,7 +52,7 @@ def model_sections(model: Model) -> list[Section]:
     return [
         *_animation(_stage(datasets, model)),
         *_derivation(manifest.folder),
-        _numbers(manifest),
+        Section("numbers", "Quantities and parameters", [Table(*table) for table in model_tables(manifest)]),
         *(_run(dataset, manifest, f"run-{law}", f"Run: {law}, {case.name}") for law, dataset in datasets.items()),
         _origin(manifest, next(iter(datasets.values())).attrs["versions"] if datasets else "{}"),
     ]
@@ -174,28 +173,6 @@ def _formulas(rows: Sequence[Row], printer: Printer) -> Iterator[tuple[str, Mark
 def installed_derivation(model: str, digest: str) -> list[Section]:
     """Return the derivation of the installed model with this hash, or nothing."""
     return _derivation(find_model(model).folder) if is_installed(model, digest) else []
-
-
-def _numbers(manifest: Manifest) -> Section:
-    """Return the section with tables of a model's quantities, parameters and scenarios."""
-    quantities = (
-        ("States", manifest.states),
-        ("Inputs", manifest.inputs),
-        ("References", manifest.references),
-        ("Outputs", manifest.outputs),
-    )
-    tables = [Table(t, _MEANING, [(q.name, q.unit, q.description) for q in group]) for t, group in quantities]
-    tables.append(_parameters("Parameters of the plant", manifest.parameters))
-    tables += [_parameters(f"Law {law.name}: {law.title}", law.parameters) for law in manifest.controllers.values()]
-    tables.append(_parameters("Parameters of scenarios", manifest.scenario_parameters))
-    cases = [(s.name, f"{s.duration:g} s", s.title) for s in manifest.scenarios.values()]
-    tables.append(Table("Scenarios", ("name", "duration", "what it is"), cases))
-    return Section("numbers", "Quantities and parameters", tables)
-
-
-def _parameters(title: str, parameters: Sequence[Parameter]) -> Table:
-    rows = [(q.name, q.unit, q.formula or f"{q.default:g}", q.interval, q.description, q.source) for q in parameters]
-    return Table(title, ("name", "unit", "default", "allowed", "meaning", "source"), rows)
 
 
 def _run(dataset: xr.Dataset, manifest: Manifest, anchor: str, title: str) -> Section:

@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mehvar.pictures import BLUE, GREY, VERMILLION, label, new_figure, time_axis
-from mehvar.reproduction import Check, Expected, Runs, read_beyond
+from mehvar.reproduction import Check, Expected, Runs, above, below, read_beyond
 
-from .checks import each_above, each_below
 from .rows import AXES, LATE, measure
 
 if TYPE_CHECKING:
@@ -24,7 +23,9 @@ if TYPE_CHECKING:
 
 def _tracks(runs: Runs, expected: Expected) -> Sequence[Check]:
     return [
-        each_below(f"RMS error from 200 s on, scenario {case}{words}", expected(bound), _rms(runs, "mrac", case, delay))
+        below(
+            f"RMS error from 200 s on, scenario {case}{words}", expected(bound), _rms(runs, "mrac", case, delay), "deg"
+        )
         for case in ("paper", "flight")
         for delay, words, bound in ((0, "", "error"), (1, ", delay", "late"))
     ]
@@ -35,7 +36,7 @@ def _rms(runs: Runs, law: str, scenario: str, delay: int = 0) -> FloatArray:
 
 
 def _printed_is_lost(runs: Runs, expected: Expected) -> Sequence[Check]:
-    return [each_above("RMS error from 200 s on", expected("error"), _rms(runs, "mrac-literal", "flight"), "deg")]
+    return [above("RMS error from 200 s on", expected("error"), _rms(runs, "mrac-literal", "flight"), "deg")]
 
 
 def _errors(runs: Runs) -> Figure:

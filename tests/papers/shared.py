@@ -11,8 +11,8 @@ import functools
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from mehvar.report.backends import Agreement, agreement
-from mehvar.report.content import beyond_folders
+from mehvar.report.papers.backends import Agreement, agreement
+from mehvar.report.papers.content import beyond_folders
 from mehvar.reproduction.claims import Claim
 from mehvar.reproduction.paper import load_reproduction
 from mehvar.reproduction.runs import Runs

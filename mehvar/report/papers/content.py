@@ -11,8 +11,10 @@ from typing import TYPE_CHECKING, Any
 from mehvar.base.errors import MissingError
 from mehvar.codegen.generate import installed_tree
 from mehvar.codegen.structures import structure_folders
-from mehvar.pictures.files import pixels, small_png
 from mehvar.pictures.style import style, text_figure
+from mehvar.report.board.section import Boards, run_boards
+from mehvar.report.picture import Picture, picture
+from mehvar.report.scene import scene
 from mehvar.reproduction.beyond import Beyond, BeyondWords, Difference, differences, load_beyond
 from mehvar.reproduction.claims import Claim
 from mehvar.reproduction.deviations import by_run, deviations, table_claims
@@ -25,45 +27,17 @@ from mehvar.runtime.run.metrics import Deviation
 from mehvar.runtime.run.results import to_dataset
 
 from .backends import Agreement, agreement
-from .board.section import Boards, run_boards
-from .charts import chart
 from .eigenvalues import LoopSpectrum, loop_spectra
-from .scene import scene
 from .study import Batch, run_study
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
     from pathlib import Path
 
-    from matplotlib.figure import Figure
-
     from mehvar.base.manifest import Manifest
     from mehvar.reproduction.ledgers import Ledger
     from mehvar.runtime.model.model import Model
     from mehvar.terminal import Advance
-
-
-@dataclass(frozen=True)
-class Picture:
-    """A figure of the page: unique name, texts, picture, and a chart if it shows time series.
-
-    `heading` names the figure of the paper, or marks an extension. `colors` is True if colours show numbers, as in a
-    heat map: a dark page keeps them.
-    """
-
-    name: str
-    title: str
-    caption: str
-    png: bytes
-    chart: Mapping[str, Any] | None
-    claims: Sequence[Claim] = ()
-    heading: str = ""
-    colors: bool = False
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Return width and height of the static picture in pixels."""
-        return pixels(self.png)
 
 
 @dataclass(frozen=True)
@@ -98,7 +72,6 @@ class PaperReport:
     batch: Batch | None
     bands: Picture | None
     boards: Boards
-    board_pictures: Sequence[Picture]
     agreement: Agreement | None
     spectra: Sequence[LoopSpectrum]
     beyond: BeyondReport | None
@@ -197,7 +170,7 @@ def paper_report(
     return PaperReport(
         runs.model, paper, claims, pictures, numbers, ledger, statements, covered, animation, batch,
         picture(f"{name}-bands", "Batch", "", batch.figure) if batch else None,
-        boards, [_static(f"{name}-board-{law.law}", law.law, law.figure) for law in boards.laws], texts,
+        boards, texts,
         loop_spectra(runs, dict(by_run(numbers))), further, len(runs), clock.seconds,
     )  # fmt: skip
 
@@ -219,24 +192,6 @@ def _beyond(name: str, beyond: Beyond, runs: Runs) -> BeyondReport:
         for f in beyond.figures
     ]
     return BeyondReport(beyond.words, new, claims, pictures, differences(old, new))
-
-
-def picture(name: str, title: str, caption: str, figure: Figure, claims: Sequence[Claim] = ()) -> Picture:
-    """Return a figure as content of the page."""
-    with style():
-        return Picture(name, title, caption, small_png(figure), chart(figure), claims, colors=_has_colors(figure))
-
-
-def _has_colors(figure: Figure) -> bool:
-    """Return True if colours of a figure show numbers."""
-    drawn = (artist for ax in figure.axes for artist in (*ax.collections, *ax.images))
-    return any(artist.get_array() is not None for artist in drawn)
-
-
-def _static(name: str, title: str, figure: Figure) -> Picture:
-    """Return a figure without its chart, which would double its size."""
-    with style():
-        return Picture(name, title, "", small_png(figure), None)
 
 
 def _drawn(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs, printed: int) -> Picture:
