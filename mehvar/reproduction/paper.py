@@ -192,13 +192,13 @@ def read_reproduction(
         If a file is invalid, or its figures or claims do not match the functions.
     """
     captions = read_data(folder / "captions.toml", Captions)
+    figures = paper_figures(folder / "captions.toml", captions.figure, draw, captions.lost_picture)
     texts = read_data(folder / "claims.toml", Claims).claim
     check_functions(folder / "claims.toml", "claim", [text.number for text in texts], checks)
     readings = readings or {}
     for text in texts:
         names = [reading.name for reading in text.reading]
         check_functions(folder / "claims.toml", f"claim {text.number}: reading", names, readings.get(text.number, {}))
-    figures = paper_figures(folder / "captions.toml", captions.figure, draw, captions.lost_picture)
     study = read_data(folder / "study.toml", Study)
     statements = read_data(folder / "statements.toml", Statements)
     return Reproduction(folder, captions, study, figures, texts, checks, readings, statements, more_claims, picture)

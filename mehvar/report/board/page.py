@@ -96,12 +96,13 @@ def law_blocks(outcome: BoardRun, results: dict[str, Any], name: str = "") -> li
     """
     law = results["controller"]
     verdict = "✓ 0 ulp, bit for bit" if outcome.same else "✗ board and host differ"
-    case = f"{results['board']}, target {results['target']}; {results['compiler']}; {_extent(outcome, results)}."
+    case = f"{results['board']}, target {results['target']}; {_extent(outcome, results)}."
     shown = picture(
         name or f"{results['model']}-board-{law}", f"Law {law}: {_INPUTS}", "", inputs_figure(outcome),
         charted=bool(name),
     )  # fmt: skip
-    numbers = Table(f"{law}: sizes, instructions and stack", ("what", "value", "how it is known"), fact_rows(results))
+    rows = [("compiler", results["compiler"], "asked for its version"), *fact_rows(results)]
+    numbers = Table(f"{law}: sizes, instructions and stack", ("what", "value", "how it is known"), rows)
     return [Text(f"{law}: {verdict}. {case}"), Drawing(shown), numbers]
 
 

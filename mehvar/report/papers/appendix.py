@@ -73,7 +73,8 @@ def casadi_blocks(report: PaperReport) -> Iterator[Block]:
     yield Text(
         f"CasADi prints C of the same graphs; mehvar simulate {report.manifest.model} --set backend=casadi runs it. "
         f"Each function at {POINTS} random points around those of a run, Jacobians too (fewer where its result is not "
-        f"finite, or a rounding of the arguments moves it further): {verdict}, relative to the largest result at the point."
+        f"finite, or a rounding of the arguments moves it further): {verdict}, relative to the largest "
+        "result at the point."
     )
     functions = [
         (f.name, str(f.points), f"{f.difference:.1e}", "✓ the same" if f.same else "✗ differs")

@@ -40,6 +40,9 @@ if TYPE_CHECKING:
     from mehvar.terminal import Advance
 
 
+_BANDS = "Median of the runs, and the band that holds nine of ten"
+
+
 @dataclass(frozen=True)
 class BeyondReport:
     """Content of the page about an extension of a paper, with claims of our own."""
@@ -169,7 +172,7 @@ def paper_report(
         clock.note("CasADi's own C")
     return PaperReport(
         runs.model, paper, claims, pictures, numbers, ledger, statements, covered, animation, batch,
-        picture(f"{name}-bands", "Batch", "", batch.figure) if batch else None,
+        picture(f"{name}-bands", _BANDS, "", batch.figure) if batch else None,
         boards, texts,
         loop_spectra(runs, dict(by_run(numbers))), further, len(runs), clock.seconds,
     )  # fmt: skip
