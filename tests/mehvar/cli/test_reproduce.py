@@ -296,7 +296,7 @@ def _only_claims(monkeypatch, claims):
         more_claims=claims,
     )
     monkeypatch.setattr(content, "load_reproduction", lambda name: paper)
-    monkeypatch.setattr(content, "scene", lambda *given: {"runs": {}, "panels": []})
+    monkeypatch.setattr(content, "_animation", lambda *given: {"runs": {}, "panels": []})
     for name in ("run_study", "agreement"):
         monkeypatch.setattr(content, name, lambda *given: None)
     for name in ("deviations", "loop_spectra"):
