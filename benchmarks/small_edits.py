@@ -1,9 +1,9 @@
 # SPDX-License-Identifier: Apache-2.0
 """Effect of small edits of the models: changed lines of generated code, and lines of changed meaning.
 
-Run: python -m benchmarks.small_edits REVISION
+Run: python -m benchmarks.small_edits
 
-The generators of a revision of this repository and of this tree derive both; each is compared with its own generated/.
+Each edited model is derived and compared with generated/.
 """
 
 from __future__ import annotations
@@ -25,11 +25,10 @@ from benchmarks.machine import command_line, machine, table, write
 
 ROOT = Path(__file__).parents[1]
 DERIVE = (
-    "import inspect, json, sys; from pathlib import Path; from mehvar.codegen.generate import Tree, derive\n"
-    "committed = {'whole': False} if 'whole' in inspect.signature(derive).parameters else {'casadi': True}\n"
-    "print(json.dumps(derive(Tree(Path.cwd()), sys.argv[1], **committed)))"
+    "import json, sys; from pathlib import Path; from mehvar.codegen.generate import Tree, derive\n"
+    "print(json.dumps(derive(Tree(Path.cwd()), sys.argv[1], whole=False)))"
 )
-"""All files that a revision commits; before files were made on first use, these were all files."""
+"""Program that prints the committed files of a model."""
 GOAL = 3
 """Changed lines per line of changed meaning."""
 _TEMPORARY = re.compile(
@@ -79,9 +78,9 @@ EDITS = (
         "2 * sp.sin(latitude)",
         "3 * sp.sin(latitude)",
     ),
-    Edit("satellite", "sign: wheel speed", "dynamics.py", "[k] - along[k]", "[k] + along[k]"),
+    Edit("satellite", "sign: wheel speed", "dynamics.py", "momentum / inertia - along", "momentum / inertia + along"),
     Edit("satellite", "sign: reflectance", "environment.py", "(1 + plant.reflectance)", "(1 - plant.reflectance)"),
-    Edit("satellite", "term: momentum of the wheels", "dynamics.py", "inertia * rate + momentum)", "inertia * rate)"),
+    Edit("satellite", "term: momentum of the wheels", "wheels.py", "angular=self.momentum * self.axis, ", ""),
     Edit(
         "satellite",
         "term: offset in the retaining law",
@@ -133,26 +132,18 @@ EDITS = (
 )
 
 
-def main(revision: str) -> None:
+def main() -> None:
     """Count, and write the page."""
-    with tempfile.TemporaryDirectory() as folder:
-        earlier = Path(folder)
-        _checkout(revision, earlier)
-        counts = [(count(earlier, edit), count(ROOT, edit)) for edit in EDITS]
+    counts = [count(edit) for edit in EDITS]
     rows = [
-        [
-            edit.model,
-            edit.kind,
-            *(text for side in sides for text in (str(side[0]), str(side[1]), f"{_ratio(side):.1f}")),
-        ]
-        for edit, sides in zip(EDITS, counts, strict=True)
+        [edit.model, edit.kind, str(changed), str(meaning), f"{_ratio(changed, meaning):.1f}"]
+        for edit, (changed, meaning) in zip(EDITS, counts, strict=True)
     ]
-    columns = [f"{what} {when}" for when in ("before", "now") for what in ("changed", "meaning", "ratio")]
-    before, now = ([sides[k] for sides in counts] for k in (0, 1))
+    ratios = [_ratio(*pair) for pair in counts]
     lines = [
         "# Small edits",
         "",
-        f"Written by `python -m benchmarks.small_edits {revision}`: before is that revision, now is this tree.",
+        "Written by `python -m benchmarks.small_edits`.",
         "",
         "- changed: lines that `git diff` removes and adds in all files of generated/MODEL.",
         "- meaning: of these, the lines that no choice of names avoids. Each line is taken without the names of its",
@@ -166,49 +157,35 @@ def main(revision: str) -> None:
         "",
         "## Lines",
         "",
-        *table(["model", "edit", *columns], rows),
+        *table(["model", "edit", "changed", "meaning", "ratio"], rows),
         "",
-        f"All lines changed: {_changed(before)} before, {_changed(now)} now. Median of the ratios: "
-        f"{median(map(_ratio, before)):.1f} before, {median(map(_ratio, now)):.1f} now; "
-        f"{sum(_ratio(pair) > GOAL for pair in now)} of {len(now)} edits are above {GOAL} now.",
+        f"All lines changed: {sum(changed for changed, _ in counts)}. Median of the ratios: {median(ratios):.1f}; "
+        f"{sum(ratio > GOAL for ratio in ratios)} of {len(ratios)} edits are above {GOAL}.",
     ]
     write("small_edits.md", lines)
 
 
-def _ratio(pair: tuple[int, int]) -> float:
-    changed, meaning = pair
+def _ratio(changed: int, meaning: int) -> float:
     return changed / max(meaning, 1)
 
 
-def _changed(pairs: list[tuple[int, int]]) -> int:
-    return sum(changed for changed, _ in pairs)
+def count(edit: Edit) -> tuple[int, int]:
+    """Count changed lines and lines of changed meaning."""
+    folder = ROOT / "generated" / edit.model
+    committed = {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.is_file()}
+    return lines(committed, derived(edit))
 
 
-def _checkout(revision: str, folder: Path) -> None:
-    """Write a revision's files."""
-    archive = subprocess.run(["git", "archive", revision], cwd=ROOT, capture_output=True, check=True).stdout
-    subprocess.run(["tar", "-x"], cwd=folder, input=archive, check=True)
-
-
-def count(side: Path, edit: Edit) -> tuple[int, int]:
-    """Count changed lines and lines of changed meaning, for one edit under a checkout's generator."""
-    folder = side / "generated" / edit.model
-    return lines(
-        {path.name: path.read_text(encoding="utf-8") for path in folder.iterdir() if path.is_file()},
-        derived(side, edit),
-    )
-
-
-def derived(side: Path, edit: Edit) -> dict[str, str]:
+def derived(edit: Edit) -> dict[str, str]:
     """Derive an edited model in a separate process."""
     with tempfile.TemporaryDirectory() as folder:
-        shutil.copytree(side / "models", Path(folder) / "models", ignore=shutil.ignore_patterns("__pycache__"))
+        shutil.copytree(ROOT / "models", Path(folder) / "models", ignore=shutil.ignore_patterns("__pycache__"))
         file = Path(folder) / "models" / edit.model / edit.file
         text = file.read_text(encoding="utf-8")
         if edit.old not in text:
             raise SystemExit(f"{file}: lacks {edit.old!r}")
         file.write_text(text.replace(edit.old, edit.new, 1), encoding="utf-8")
-        path = os.pathsep.join((folder, str(side)))
+        path = os.pathsep.join((folder, str(ROOT)))
         done = subprocess.run(
             [sys.executable, "-c", DERIVE, edit.model],
             cwd=folder, env={**os.environ, "PYTHONPATH": path}, capture_output=True, text=True, check=False,
@@ -254,6 +231,5 @@ def _diff(before: str, after: str) -> int:
 
 
 if __name__ == "__main__":
-    parser = command_line(__doc__)
-    parser.add_argument("revision", help="what to compare with")
-    main(parser.parse_args().revision)
+    command_line(__doc__).parse_args()
+    main()

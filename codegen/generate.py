@@ -230,6 +230,7 @@ def generated_files(
         True to include the other files that mehvar makes on first use.
     """
     from .code.files import code_files, printed_functions
+    from .equations.document import Document
     from .equations.graph import equations_json
     from .equations.page import equations_markdown
     from .functions.graphs import generate_functions
@@ -247,7 +248,7 @@ def generated_files(
     left_out = frozenset() if whole else files_on_first_use(system.name)
     files = code_files(manifest, functions, left_out)
     files["equations.json"] = equations_json(system)
-    files["equations.md"] = equations_markdown(system)
+    files["equations.md"] = equations_markdown(Document.parse(files["equations.json"]), manifest)
     if casadi:
         from .code.casadi_c import casadi_c
 

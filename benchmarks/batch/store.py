@@ -33,6 +33,7 @@ from mehvar.runtime.batch.evaluation.statistics import summarise
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.store import files
+from mehvar.runtime.batch.store.records import STORE
 from mehvar.runtime.batch.store.store import open_store
 from mehvar.runtime.batch.store.verification import verify
 
@@ -78,7 +79,7 @@ def damage(folder: Path, sizes: Namespace) -> list[str]:
     store = folder / "runs.zarr"
     run_batch(MODEL, SHORT, store, chunk=512)
     wanted = contents(store)
-    names = sorted(wanted)
+    names = sorted(wanted.keys() - {STORE})  # without this record nothing identifies the batch
     seen: Counter[str] = Counter()
     for number in range(sizes.damages):
         chance = random.Random(number)

@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Printer of expression graphs as LaTeX, MathML and plain text, in an order independent of storage.
+"""Printer of expression graphs as LaTeX and plain text, in an order independent of storage.
 
 Factors are ordered: number, parameters, definitions, states, rates, roots and functions. Terms are ordered by their
 factors; a positive term comes first if that avoids a leading minus.
@@ -82,7 +82,7 @@ class Printer:
     names : Names
         Printed form of its names.
     spelling : Spelling
-        Plain text, LaTeX or MathML.
+        Plain text, LaTeX, or LaTeX for pages.
     marks : set of Path
         Parts to mark.
     line : int

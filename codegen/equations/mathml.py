@@ -15,6 +15,9 @@ _WORD = re.compile(r'(?:<mi mathvariant="normal">[A-Za-z]</mi>){2,}')
 _BOX = re.compile(r"<mrow>(<m([in])\b[^<>]*>[^<>]*</m\2>)</mrow>")
 """Row of one name or number."""
 
+_INFIX = re.compile(r'<mrow class="infix"><mo>([^<>]*</mo>)</mrow>')
+"""Sign of a term, which stands between two terms also where a row begins with it."""
+
 
 @functools.cache
 def content(latex: str) -> str:
@@ -28,6 +31,7 @@ def content(latex: str) -> str:
     inner = element[element.index(">") + 1 : element.rindex("</math>")]
     inner = _LETTER.sub(lambda code: chr(int(code[1], 16)), inner)
     inner = _WORD.sub(lambda word: f"<mi>{re.sub('<[^>]*>', '', word[0])}</mi>", inner)
+    inner = _INFIX.sub(r'<mo form="infix">\1', inner)
     while (bare := _BOX.sub(r"\1", inner)) != inner:
         inner = bare
     return inner

@@ -9,13 +9,11 @@ from dataclasses import dataclass
 from itertools import groupby
 from pathlib import Path
 
-import sympy as sp
-
-from mehvar.models.system import Definition, Equation, System
+from mehvar.base.manifest import Manifest
 
 from ..templates import text_environment
+from .document import Document, Row, Symbol
 from .formula import Printer, SymbolNames, aligned, broken, rank_of, width
-from .graph import Graph, Outcome, groups, outcomes, quantity_latex
 from .spelling import LATEX
 
 _TEMPLATES = Path(__file__).parent / "templates"
@@ -54,6 +52,8 @@ _TITLES = {
     "variant": "Variants",
 }
 """Headings of results by kind; equations of motion are shown within their derivation."""
+_BARE = ("rate", "shown", "time")
+"""Roles of names that are not quantities of the model's vectors."""
 
 
 @dataclass(frozen=True)
@@ -97,89 +97,64 @@ class Section:
         return re.sub(r"[^\w\- ]", "", self.title.lower()).replace(" ", "-")
 
 
-def equations_markdown(system: System) -> str:
+def equations_markdown(document: Document, manifest: Manifest) -> str:
     """Return the page: derivation, evaluated results, and a table of all symbols."""
-    writer = _Writer(system)
-    return (
-        text_environment(_TEMPLATES)
-        .get_template("equations.md.j2")
-        .render(
-            system=system,
-            sections=list(writer.derivation()),
-            results=list(writer.results()),
-            groups={role: list(group) for role, group in groups(system).items() if list(group)},
-            latex=quantity_latex,
-        )
-    )
+    writer = _Writer(document)
+    groups: dict[str, list[Symbol]] = {}
+    for symbol in writer.quantities:
+        groups.setdefault(symbol.role, []).append(symbol)
+    template = text_environment(_TEMPLATES).get_template("equations.md.j2")
+    sections, results = list(writer.derivation()), list(writer.results())
+    return template.render(manifest=manifest, sections=sections, results=results, groups=groups)
 
 
 class _Writer:
-    """Converter of a system's expressions to LaTeX, which records the names that it has explained."""
+    """Converter of a document's rows to LaTeX, which records the names that it has explained."""
 
-    def __init__(self, system: System) -> None:
-        self.system = system
-        self._graph = Graph()
-        self._quantities = {q.symbol: q for group in groups(system).values() for q in group}
-        self._printer = Printer(self._graph.nodes, self._names(), LATEX, line=_LINE)
-        self._explained: set[sp.Symbol] = set()
+    def __init__(self, document: Document) -> None:
+        self.quantities = [symbol for symbol in document.symbols if symbol.role not in _BARE]
+        self._document = document
+        self._quantities = {symbol.name: symbol for symbol in self.quantities}
+        self._printer = Printer(document.nodes, self._names(), LATEX, line=_LINE)
+        self._explained: set[str] = set()
 
     def _names(self) -> SymbolNames:
         """Return LaTeX and rank of all names; the rank sorts the factors of a product."""
-        latex = {symbol.name: quantity_latex(q) for symbol, q in self._quantities.items()}
-        rank = {q.name: rank_of(role) for role, group in groups(self.system).items() for q in group}
-        for step in self.system.steps:
-            if isinstance(step, Definition):
-                latex[step.symbol.name] = step.latex
-                rank[step.symbol.name] = rank_of("definition")
-            else:
-                for symbol in sorted(step.expr.free_symbols - self._quantities.keys(), key=str):
-                    spelled = "\\" in symbol.name or "^" in symbol.name
-                    latex.setdefault(symbol.name, symbol.name if spelled else sp.latex(symbol))
-                    rank.setdefault(symbol.name, rank_of("rate" if "dot" in symbol.name else "parameter"))
-        return SymbolNames(latex, rank)
+        symbols, steps = self._document.symbols, self._document.named.values()
+        latex = {symbol.name: symbol.latex for symbol in symbols} | {row.name: row.latex for row in steps}
+        rank = {symbol.name: rank_of(symbol.role) for symbol in symbols}
+        rank |= {s.name: rank_of("rate" if "dot" in s.name else "parameter") for s in symbols if s.role in _BARE}
+        return SymbolNames(latex, rank | dict.fromkeys(self._document.named, rank_of("definition")))
 
     def derivation(self) -> Iterator[Section]:
         """Yield the sections of the derivation."""
-        for title, steps in groupby(self.system.steps, key=lambda step: step.section):
-            yield Section(title or "Derivation", _runs([self._step(step) for step in steps]))
-
-    def _step(self, step: Definition | Equation) -> Formula:
-        left = step.latex if isinstance(step, Definition) else step.left
-        return self._formula(step.number, step.title, step.unit or "1", left, step.expr)
+        for title, steps in groupby(self._document.definitions, key=lambda row: row.section):
+            yield Section(title or "Derivation", _runs([self._formula(row, row.number) for row in steps]))
 
     def results(self) -> Iterator[Section]:
-        """Yield the evaluated results by kind."""
-        for kind, results in groupby(self._shown(), key=lambda outcome: outcome.kind):
-            yield Section(_TITLES[kind], ((True, tuple(self._result(outcome) for outcome in results)),))
+        """Yield the evaluated results by kind; of variants, only differences from the default."""
+        plain = {row.name: row.node for row in self._document.results if row.kind == "rhs"}
+        for kind, title in _TITLES.items():
+            rows = [row for row in self._document.results if row.kind == kind]
+            rows = [row for row in rows if kind != "variant" or plain[row.name.rpartition(": ")[2]] != row.node]
+            if rows:
+                yield Section(title, ((True, tuple(self._formula(row, row.name) for row in rows)),))
 
-    def _shown(self) -> Iterator[Outcome]:
-        """Yield the results by kind; for variants, only differences from the default."""
-        plain = {outcome.name: outcome.expr for outcome in outcomes(self.system) if outcome.kind == "rhs"}
-        kinds = list(_TITLES)
-        shown = [outcome for outcome in outcomes(self.system) if outcome.kind in _TITLES]
-        for outcome in sorted(shown, key=lambda outcome: kinds.index(outcome.kind)):
-            if outcome.kind != "variant" or plain[outcome.name.rpartition(": ")[2]] != outcome.expr:
-                yield outcome
+    def _formula(self, row: Row, label: str) -> Formula:
+        terms, sign = self._printer.terms(row.node), "" if row.latex.endswith("<") else "="
+        right, lines = "".join(terms), _block(row.latex, sign, terms)
+        wide, title = width(right) > _CELL or r"\begin" in right, "" if row.title == label else row.title
+        left, right = _in_cell(row.latex), _in_cell(right)
+        return Formula(label, title, row.unit, left, right, lines, wide, self._where(row.node))
 
-    def _result(self, outcome: Outcome) -> Formula:
-        title = "" if outcome.title == outcome.name else outcome.title
-        return self._formula(outcome.name, title, outcome.unit, outcome.latex, sp.sympify(outcome.expr))
-
-    def _formula(self, label: str, title: str, unit: str, left: str, expr: sp.Basic) -> Formula:
-        node = self._graph.add(expr)
-        terms, sign = self._printer.terms(node), "" if left.endswith("<") else "="
-        right, lines = "".join(terms), _block(left, sign, terms)
-        wide = width(right) > _CELL or r"\begin" in right
-        return Formula(label, title, unit, _in_cell(left), _in_cell(right), lines, wide, self._where(expr))
-
-    def _where(self, expr: sp.Basic) -> tuple[str, ...]:
+    def _where(self, node: int) -> tuple[str, ...]:
         explanations = []
-        for symbol in sorted(expr.free_symbols - self._explained, key=lambda s: s.name):
-            quantity = self._quantities.get(symbol)
-            self._explained.add(symbol)
+        for name in sorted(self._document.names_in(node) - self._explained):
+            quantity = self._quantities.get(name)
+            self._explained.add(name)
             if quantity is not None and quantity.description:
                 unit = f" [{quantity.unit}]" if quantity.unit != "1" else ""
-                explanations.append(f"$`{quantity_latex(quantity)}`$ {quantity.description}{unit}")
+                explanations.append(f"$`{quantity.latex}`$ {quantity.description}{unit}")
         return tuple(explanations)
 
 

@@ -1,16 +1,13 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Notations of formulas: plain text, LaTeX, MathML."""
+"""Notations of formulas: plain text, LaTeX, and LaTeX for pages."""
 
 from __future__ import annotations
 
 import re
 from collections.abc import Mapping, Sequence
-from html import escape
 from typing import ClassVar
 
 from mehvar.base.names import typeset
-
-from .mathml import content
 
 Case = tuple[str, str, bool]
 """A value, its condition, and True if the condition is a word such as "otherwise"."""
@@ -117,6 +114,7 @@ class Latex(Spelling):
 
     bar = r"\frac"
     coefficient = r"\tfrac{%s}{%s}"
+    space = " "
     relations: ClassVar = {
         "strictgreaterthan": ">", "greaterthan": r"\ge", "strictlessthan": "<", "lessthan": r"\le", "equality": "=",
         "unequality": r"\ne", "and": r"\land", "or": r"\lor",
@@ -142,7 +140,7 @@ class Latex(Spelling):
 
     def product(self, factors: Sequence[str]) -> str:
         """Return a product, with thin spaces if it has many factors."""
-        return (r" \, " if len(factors) > _MOST_FACTORS else " ").join(factors)
+        return (r" \, " if len(factors) > _MOST_FACTORS else self.space).join(factors)
 
     def fraction(self, above: str, below: str) -> str:
         """Return a fraction."""
@@ -168,7 +166,7 @@ class Latex(Spelling):
         if function == "exp":
             return f"e^{{{arguments[0]}}}"
         name = _NAMED.get(function, rf"\mathrm{{{function}}}") + (f"^{{{exponent}}}" if exponent else "")
-        return f"{name} {arguments[0]}" if bare else name + self.fenced(", ".join(arguments))
+        return f"{name}{self.space}{arguments[0]}" if bare else name + self.fenced(", ".join(arguments))
 
     def cases(self, rows: Sequence[Case]) -> str:
         """Return cases after a brace."""
@@ -180,96 +178,20 @@ class Latex(Spelling):
         return f"{{{symbol}}}" if symbol.startswith(r"\dot") or "^" in symbol else symbol
 
 
-class MathML(Spelling):
-    """Content of `math` elements; edited parts have the class `mark`."""
+class Page(Latex):
+    """LaTeX for `mathml`, with marks, and with spaces that TeX adds by itself."""
 
-    plus = '<mo form="infix">+</mo>'
-    minus = '<mo form="infix">−</mo>'
-    negative = "<mo>−</mo>"
-    bar = "<mfrac>"
-    relations: ClassVar = {
-        "strictgreaterthan": "&gt;", "greaterthan": "≥", "strictlessthan": "&lt;", "lessthan": "≤", "equality": "=",
-        "unequality": "≠", "and": "∧", "or": "∨",
-    }  # fmt: skip
-    _fences: ClassVar = {"abs": ("|", "|"), "floor": ("⌊", "⌋"), "ceiling": ("⌈", "⌉")}
-    _functions: ClassVar = {"asin": "arcsin", "acos": "arccos", "atan": "arctan", "sign": "sgn", "log": "ln"}
-    _space = '<mspace width="0.12em"></mspace>'
-    _invisible = re.compile(r"<[^>]*>|&[^;]*;")
-
-    def relation(self, operation: str) -> str:
-        """Return a relation sign with spaces around it."""
-        return f"<mo>{self.relations[operation]}</mo>"
-
-    def name(self, name: str, latex: str) -> str:
-        """Return the LaTeX name as MathML, or the name as one identifier."""
-        return f"<mrow>{content(latex)}</mrow>" if latex else f"<mi>{escape(name)}</mi>"
-
-    def constant(self, name: str) -> str:
-        """Return the sign of a constant, or a word for a truth value."""
-        if name in _WORDS:
-            return f"<mtext>{_WORDS[name]}</mtext>"
-        return f"<mi>{ {'pi': 'π'}.get(name, escape(name)) }</mi>"
-
-    def number(self, number: str) -> str:
-        """Return a number with powers of ten in MathML."""
-        mantissa, _, power = number.partition("e")
-        if power:
-            sign = self.negative if int(power) < 0 else ""
-            ten = f"<msup><mn>10</mn><mrow>{sign}<mn>{abs(int(power))}</mn></mrow></msup>"
-            return ten if mantissa == "1" else f"<mn>{mantissa}</mn><mo>·</mo>{ten}"
-        return "<mo>/</mo>".join(f"<mn>{part}</mn>" for part in number.split("/"))
-
-    def product(self, factors: Sequence[str]) -> str:
-        """Return factors with invisible multiplication signs and small spaces."""
-        return f"<mo>&#x2062;</mo>{self._space}".join(factors)
-
-    def fraction(self, above: str, below: str) -> str:
-        """Return a fraction."""
-        return f"<mfrac><mrow>{above}</mrow><mrow>{below}</mrow></mfrac>"
-
-    def root(self, inside: str) -> str:
-        """Return a root."""
-        return f"<msqrt>{inside}</msqrt>"
-
-    def power(self, base: str, exponent: str) -> str:
-        """Return a superscript."""
-        return f"<msup><mrow>{base}</mrow><mrow>{exponent}</mrow></msup>"
-
-    def fenced(self, inside: str) -> str:
-        """Return a part in parentheses."""
-        return f"<mrow><mo>(</mo>{inside}<mo>)</mo></mrow>"
-
-    def call(self, function: str, arguments: Sequence[str], exponent: str, bare: bool) -> str:
-        """Return a function in mathematical notation."""
-        if function in self._fences:
-            left, right = self._fences[function]
-            return f"<mo>{left}</mo>{arguments[0]}<mo>{right}</mo>"
-        if function == "exp":
-            return f"<msup><mi>e</mi><mrow>{arguments[0]}</mrow></msup>"
-        name = f'<mi mathvariant="normal">{escape(self._functions.get(function, function))}</mi>'
-        head = f"<msup>{name}{exponent}</msup>" if exponent else name
-        inside = "<mo>,</mo>".join(arguments)
-        return head + (f"<mo>&#x2061;</mo>{self._space}{inside}" if bare else self.fenced(inside))
-
-    def conditional(self, value: str, condition: str) -> str:
-        """Return the value followed by its condition."""
-        return f"{value}<mtext>&#xA0;if&#xA0;</mtext>{condition}"
-
-    def cases(self, rows: Sequence[Case]) -> str:
-        """Return cases after a brace."""
-        lines = (
-            f"<mtr><mtd>{value}</mtd><mtd>{'' if word else '<mtext>if&#xA0;</mtext>'}{condition}</mtd></mtr>"
-            for value, condition, word in rows
-        )
-        return f"<mo>{{</mo><mtable>{''.join(lines)}</mtable>"
+    plus = r" \class{infix}{+} "
+    minus = r" \class{infix}{-} "
+    space = r" \, "
 
     def letters(self, part: str) -> str:
-        """Return the visible text, so that sorting ignores markup."""
-        return self._invisible.sub("", part)
+        """Return the part without marks and braces, so that sorting ignores marks."""
+        return re.sub(r"\\class\{mark\}|[{}]", "", part)
 
     def mark(self, part: str) -> str:
-        """Return a part in a row with the class of edited parts."""
-        return f'<mrow class="mark">{part}</mrow>'
+        """Return a part with the class of edited parts."""
+        return rf"\class{{mark}}{{{part}}}"
 
 
-TEXT, LATEX, MATHML = Spelling(), Latex(), MathML()
+TEXT, LATEX, PAGE = Spelling(), Latex(), Page()

@@ -27,6 +27,7 @@ from ..equal.reals import DIGITS, holds
 from ..equal.sampler import Point
 from ..equal.verdicts import VISIBLE, Counterexample, Verdict, shown, simplified
 from .meanings import Meanings
+from .sides import entries
 
 _POINTS, _BRANCHED_POINTS, _INEQUALITY_POINTS = 16, 64, 128
 """Numbers of test points: without branches, with branches, for inequalities. With branches, a branch taken once in
@@ -74,7 +75,7 @@ def residuals(relation: Relation, meanings: Meanings) -> tuple[Expr, Expr]:
     Even powers of sines are replaced by cosines, so that equal terms look equal.
     """
     test = _Test(relation, meanings, relation.cases[0], relation.left, relation.right)
-    printed, derived = (_entries(_explicit(test.meanings.written_out(side)))[0] for side in test.sides)
+    printed, derived = (entries(test.meanings.written_out(side))[0] for side in test.sides)
     return reduce_sines(printed), reduce_sines(derived)
 
 
@@ -144,10 +145,10 @@ class _Test:
         sizes: dict[Expr, int] = {}
         if max(self._size(side, sizes) for side in self.sides) > _WRITTEN_OUT:
             return ""
-        left, right = (_explicit(self.meanings.written_out(side)) for side in self.sides)
+        left, right = (entries(self.meanings.written_out(side)) for side in self.sides)
         if left == right:
             return "proved: both sides are the same expression"
-        if all(_vanishes(a - b) for a, b in zip(_entries(left), _entries(right), strict=True)):
+        if all(_vanishes(a - b) for a, b in zip(left, right, strict=True)):
             return "proved: the difference vanishes in normal form"
         return ""
 
@@ -208,17 +209,6 @@ def _operations(side: Side) -> int:
 
 def _named(shape: tuple[int, int]) -> str:
     return "a number" if shape == (1, 1) else f"a {shape[0]} x {shape[1]} matrix"
-
-
-def _explicit(side: Side) -> Side:
-    """Evaluate products and traces of matrices."""
-    if isinstance(side, sp.MatrixExpr) or side.has(sp.MatrixExpr, sp.Trace):
-        side = side.doit()
-    return side.as_explicit() if isinstance(side, sp.MatrixExpr) else side
-
-
-def _entries(side: Side) -> list[Expr]:
-    return list(side) if isinstance(side, sp.MatrixBase) else [side]
 
 
 def _vanishes(difference: Expr) -> bool:

@@ -14,13 +14,14 @@ from numpy.typing import NDArray
 from mehvar.base.errors import InputError, unknown_name
 from mehvar.runtime.batch.evaluation.statistics import (
     NO_INTERVAL,
-    Success,
     column,
     design_of,
     drawn_names,
+    fulfilment,
     interval,
     metric_names,
     scalars,
+    success_condition,
     summary_names,
 )
 from mehvar.runtime.batch.store.dataset import DatasetBatch
@@ -107,7 +108,7 @@ class Runs:
     @cached_property
     def successful(self) -> NDArray[np.bool_]:
         """True for each run that reached its end time and fulfils the success condition, if any."""
-        return Success(self.condition or None)(self.batch, [0])
+        return fulfilment(self.batch, success_condition(self.condition or None), [0])
 
     @property
     def headline(self) -> str:

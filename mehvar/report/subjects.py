@@ -16,8 +16,8 @@ from mehvar.base.errors import bad_value
 from mehvar.base.manifest import Manifest
 from mehvar.codegen.equations.document import Document, Row
 from mehvar.codegen.equations.formula import Printer, SymbolNames
-from mehvar.codegen.equations.mathml import content, element
-from mehvar.codegen.equations.spelling import MATHML
+from mehvar.codegen.equations.mathml import mathml
+from mehvar.codegen.equations.spelling import PAGE
 from mehvar.pictures.style import case_text, require_matplotlib
 from mehvar.reproduction.paper import result_picture
 from mehvar.reproduction.runs import Runs as PaperRuns
@@ -155,7 +155,7 @@ def _derivation(folder: Path) -> list[Section]:
     document = Document.read(folder)
     if document.manifest is not None:
         check_unedited(document.manifest)
-    printer = Printer(document.nodes, SymbolNames(document.latex), MATHML)
+    printer = Printer(document.nodes, SymbolNames(document.latex), PAGE)
     rates = [row for row in document.results if row.kind == "rhs"]
     groups = [("Rates of the states", rates)]
     groups += [(title, list(rows)) for title, rows in groupby(document.definitions, lambda row: row.section)]
@@ -166,8 +166,8 @@ def _derivation(folder: Path) -> list[Section]:
 def _formulas(rows: Sequence[Row], printer: Printer) -> Iterator[tuple[str, Markup]]:
     for row in rows:
         unit = f" [{row.unit}]" if row.unit not in ("", "1") else ""
-        sides = content(row.latex), printer.text(row.node)
-        yield f"{row.number} {row.title}{unit}".strip(), Markup(element(f"<mrow>{'<mo>=</mo>'.join(sides)}</mrow>"))
+        formula = mathml(f"{row.latex} = {printer.text(row.node)}")
+        yield f"{row.number} {row.title}{unit}".strip(), Markup(formula)
 
 
 def installed_derivation(model: str, digest: str) -> list[Section]:

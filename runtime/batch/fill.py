@@ -32,7 +32,7 @@ from ..run.results import versions
 from ..run.user.law import PythonLaw
 from .blocks import IMPOSSIBLE, Blocks, BlockSource, Missing, Provenance, Values, check_names
 from .evaluation.requirements import DECIDED, DecisionRule, checked_confidence, read_requirements
-from .evaluation.statistics import Rule, StopRule, Success
+from .evaluation.statistics import Rule, StopRule, success_condition
 from .numerics import other_numerics
 from .plan import Campaign, Plan
 from .store.attributes import IDENTITY
@@ -168,7 +168,7 @@ def run_batch(
         warnings.warn(text, stacklevel=2)
     confidence = checked_confidence(confidence, origin)
     blocks = Blocks(plan, used)
-    condition = Success(success)
+    condition = success_condition(success)
     condition.check(blocks.scalars(), blocks.notes)
     requirements = read_requirements(require or {}, blocks.scalars(), blocks.notes, origin)
     design = "listed" if any(d.listed for d in plan.dispersions) else campaign.sampling
@@ -180,7 +180,12 @@ def run_batch(
     kept_rules = {"success": success or "", "until": until or ""}
     if require:
         kept_rules["require"] = json.dumps({"requirements": dict(require), "confidence": confidence})
-    source = _local(blocks) if client is None else _remote(client, plan, blocks)
+    if client is None:
+        source = _local(blocks)
+    else:
+        from .workers import on_workers
+
+        source = on_workers(client, plan, blocks.numerics)
     store = _opened(plan, blocks, out, resume, chunk, kept_rules)
     try:
         with store.writing(), KeptInterrupts() as kept:
@@ -379,12 +384,6 @@ def _local(blocks: Blocks) -> BlockSource:
                     stop.set()
 
     return produce
-
-
-def _remote(client: Client, plan: Plan, blocks: Blocks) -> BlockSource:
-    from .workers import on_workers
-
-    return on_workers(client, plan, blocks.numerics)
 
 
 def _values(future: Future[Values | None]) -> Values:

@@ -7,8 +7,9 @@ A request is a line in a file next to the journal, which the board's host applie
 from __future__ import annotations
 
 import json
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -17,13 +18,12 @@ from numpy.typing import NDArray
 from mehvar.base.errors import InputError, bad_value, unknown_name
 from mehvar.base.manifest import Controller, Manifest
 
-from ..model.functions import Real
+from ..model.functions import CBackend, Real
 from ..model.model import Model
 from ..model.parameters import Resolved, number, resolve
 from .image.build import Program, program
 from .image.header import Layout, layout
 from .journal import Tuning, read_journal
-from .line.packets import HostLaw
 
 Doubles = NDArray[np.float64]
 
@@ -185,7 +185,7 @@ def tuned_parameters(firmware: Program, before: Resolved, values: Mapping[str, f
     return resolve(model.manifest, model.functions, firmware.law, firmware.scenario, new, "tuned")
 
 
-class TunedLaw(HostLaw):
+class HostLaw:
     """The law on this machine with the board's parameter changes; give it to `simulate` as `law`.
 
     Parameters
@@ -198,21 +198,25 @@ class TunedLaw(HostLaw):
         Its number type.
     """
 
-    def __init__(self, firmware: Program, resolved: Resolved, tunings: Sequence[Tuning], real: Real = "float") -> None:
-        super().__init__(firmware, resolved, real)
+    def __init__(
+        self, firmware: Program, resolved: Resolved, tunings: Sequence[Tuning] = (), real: Real = "float"
+    ) -> None:
+        self.real = real
         self._firmware, self._resolved, self._k = firmware, resolved, 0
         self._tunings = [tuning for tuning in tunings if not tuning.refusal]
 
     def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
-        """Return the law's input for the next sample."""
-        if self._k == 0:
-            self.begin(z)
+        """Return the law's input for the next sample, and its memory."""
         for tuning in self._tunings:
             if tuning.sample == self._k:
                 self._resolved = tuned_parameters(self._firmware, self._resolved, tuning.values)
-                self.set(self._resolved)
         self._k += 1
-        return super().__call__(x, r, v, z)
+        model, law = self._firmware.model, self._firmware.law
+        assert isinstance(model.evaluator, CBackend)
+        evaluate = partial(model.evaluator.narrow, law.name) if self.real == "float" else model.functions[law.name]
+        arguments = (x, r, v, z) if law.memory else (x, r)
+        results = evaluate(*arguments, self._resolved.p, self._resolved.c)
+        return results if law.memory else (results, z)
 
 
 @dataclass(frozen=True)
@@ -257,39 +261,22 @@ def replay(model: Model, controller: str, journal: Path) -> Replay:
     assert isinstance(values, dict)
     firmware = program(model, controller, scenario)
     resolved = resolve(model.manifest, model.functions, law, firmware.scenario, values, "journal")
-    host = TunedLaw(firmware, resolved, entries.tunings)
-    again = _Again(host, firmware, entries.memories.get(0))
-    first: int | None = None
-    compared = 0
-    for k, row in enumerate(entries.rows):
-        z = entries.memories.get(k)
-        if z is not None:
-            compared += z.size
-            first = k if first is None and not _same(again.z, z) else first
-        u = again.step(row[: sizes.sizes[0]])
-        first = k if first is None and not _same(u, row[sizes.sizes[0] :]) else first
-    last = entries.memories.get(len(entries.rows))
-    if last is not None:
-        compared += last.size
-        first = len(entries.rows) if first is None and not _same(again.z, last) else first
+    host = HostLaw(firmware, resolved, entries.tunings)
+    inputs, edges = sizes.sizes[0], np.cumsum([len(model.manifest.seen), len(model.manifest.references)])
+    z = np.zeros(len(sizes.memory)) if 0 not in entries.memories else entries.memories[0].astype(np.float64)
+    compared, different = 0, []
+    for k in range(len(entries.rows) + 1):
+        if k in entries.memories:
+            compared += entries.memories[k].size
+            different += [] if _same(z, entries.memories[k]) else [k]
+        if k < len(entries.rows):
+            row = entries.rows[k]
+            x, r, v = np.split(row[:inputs].astype(np.float64), edges)
+            u, z = host(x, r, v, z)
+            different += [] if _same(u, row[inputs:]) else [k]
+    first = different[0] if different else None
     return Replay(len(entries.rows), compared, entries.tunings, first, entries.complete)
 
 
 def _same(one: Doubles, other: NDArray[np.float32]) -> bool:
     return one.astype(np.float32).tobytes() == other.tobytes()
-
-
-class _Again:
-    """Law evaluation with the inputs of a journal."""
-
-    def __init__(self, law: Callable[..., tuple[Doubles, Doubles]], firmware: Program, z: NDArray[np.float32] | None):
-        manifest = firmware.model.manifest
-        nx, nr = len(manifest.seen), len(manifest.references)
-        self._law, self._cuts = law, (nx, nx + nr)
-        self.z = np.zeros(len(firmware.layout.memory)) if z is None else z.astype(np.float64)
-
-    def step(self, numbers: NDArray[np.float32]) -> Doubles:
-        """Return the answer to a sample."""
-        x, r, v = np.split(numbers.astype(np.float64), self._cuts)
-        u, self.z = self._law(x, r, v, self.z)
-        return u

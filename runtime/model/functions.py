@@ -194,15 +194,14 @@ class CBackend:
         symbol = self._manifest.c_name(function.name) if real == "double" else f"narrow_{identifier(name)}"
         return ctypes.cast(getattr(self._library(function.file, real), symbol), _POINTER).value or 0
 
-    def narrow(self, name: str, *arguments: FloatArray) -> FloatArray:
-        """Evaluate a function with one result in float, as boards do."""
+    def narrow(self, name: str, *arguments: FloatArray) -> Any:
+        """Evaluate a function at a point in float, as boards do; several results are a tuple."""
         function = next(f for f in self._manifest.functions.values() if identifier(f.name) == identifier(name))
-        (spec,) = function.results
         arrays = [_as_array(function, spec, value) for spec, value in zip(function.arguments, arguments, strict=True)]
-        result = np.empty(spec.shape)
-        call = ctypes.CFUNCTYPE(None, *[_POINTER] * (len(arrays) + 1))(self.address(function.name, "float"))
-        call(*[array.ctypes.data for array in (*arrays, result)])
-        return result
+        results = [np.empty(shape) for shape in function.shapes]
+        call = ctypes.CFUNCTYPE(None, *[_POINTER] * (len(arrays) + len(results)))(self.address(function.name, "float"))
+        call(*[array.ctypes.data for array in (*arrays, *results)])
+        return results[0] if len(results) == 1 else tuple(results)
 
     def _native_map(self) -> Any:
         if self._map is None:

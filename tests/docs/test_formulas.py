@@ -10,8 +10,8 @@ import pytest
 from docs.site.hooks import FENCED, INLINE
 from mehvar.codegen.equations.document import Document
 from mehvar.codegen.equations.formula import Printer, SymbolNames
-from mehvar.codegen.equations.mathml import content, element, mathml
-from mehvar.codegen.equations.spelling import LATEX, MATHML
+from mehvar.codegen.equations.mathml import element, mathml
+from mehvar.codegen.equations.spelling import LATEX, PAGE
 from tests.docs.formulas import faults
 
 ROOT = Path(__file__).parents[2]
@@ -42,13 +42,13 @@ def test_there_are_formulas_of_every_kind() -> None:
 @pytest.mark.parametrize("folder", MODELS, ids=lambda path: path.name)
 @pytest.mark.share(3)
 def test_every_derived_equation_is_drawn(folder: Path) -> None:
-    """By both roads: its own MathML, and LaTeX of broken lines handed over."""
+    """On one line, term by term, and in broken lines."""
     document = Document.read(folder)
     names = SymbolNames(document.latex)
-    direct, latex = Printer(document.nodes, names, MATHML), Printer(document.nodes, names, LATEX, line=88)
+    page, lines = Printer(document.nodes, names, PAGE), Printer(document.nodes, names, LATEX, line=88)
     for row in document.rows:
-        for text in (direct.text(row.node), *direct.terms(row.node), content(latex.text(row.node))):
-            assert not list(faults(element(text))), row.name
+        for tex in (page.text(row.node), *page.terms(row.node), lines.text(row.node)):
+            assert not list(faults(mathml(tex))), row.name
 
 
 @pytest.mark.parametrize(

@@ -48,11 +48,9 @@ def _print(verification: Verification) -> None:
         typer.echo(f"... and {len(damage) - _SHOWN} more")
     if verification.missing:
         typer.echo(f"missing: {_numbers(verification.missing)}")
-    runs, whole = f"{verification.runs} runs", f"{len(verification.whole)} of {verification.blocks} blocks are whole"
-    if verification.runs is None:
-        runs, whole = "the number of runs is not recorded", f"{len(verification.whole)} blocks are whole"
+    whole = f"{len(verification.whole)} of {verification.blocks} blocks are whole"
     ended = "" if verification.ended or verification.missing else "; the end of the batch is not recorded"
-    typer.echo(f"{verification.store}: {runs}; {whole}{ended}")
+    typer.echo(f"{verification.store}: {verification.runs} runs; {whole}{ended}")
     if verification.others:
         named = first_names(verification.others, _SHOWN)
         typer.echo(f"note: files that no record lists and mehvar does not read: {named}")

@@ -6,7 +6,7 @@ from __future__ import annotations
 import math
 from collections.abc import Iterator
 
-from mehvar.comparison.text import number as eigenvalue
+from mehvar.comparison.effects import number as eigenvalue
 from mehvar.report.page import Block, Drawing, Table, Text
 from mehvar.runtime.batch.evaluation.statistics import MetricStatistics
 from mehvar.runtime.run.metrics import Deviation

@@ -1,17 +1,19 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Conditions on the summary of a run, as in `T_theta < 20 and final(rho) < 0.01`."""
+"""Conditions on the summary of a run, as in `T_theta < 20 and final(rho) < 0.01`.
+
+A text is read once into nested lists, operator first: ["and", ["<", "T_theta", 20], ["<", "final(rho)", 0.01]]. Names
+are texts. Values, units and other programs start from these lists.
+"""
 
 from __future__ import annotations
 
 import ast
 import contextlib
 import functools
-import itertools
 import math
 import operator
-import re
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from fractions import Fraction
 from typing import Any
@@ -28,31 +30,19 @@ from ...units import without_units
 
 Values = Mapping[str, NDArray[Any]]
 
-_Value = Callable[[Values], Any]
-"""Function that evaluates a number of a condition for many runs."""
-
 _Truth = tuple[NDArray[np.bool_], NDArray[np.bool_]]
 """Two masks of runs: where part of a condition is true, and where it is false. A comparison with NaN is neither; `and`,
 `or` and `not` follow Kleene's logic.
 """
 
-_COMPARISONS: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {
-    ast.Lt: operator.lt,
-    ast.LtE: operator.le,
-    ast.Gt: operator.gt,
-    ast.GtE: operator.ge,
-}
-_EQUALITIES: Mapping[type[ast.cmpop], Callable[[Any, Any], Any]] = {ast.Eq: operator.eq, ast.NotEq: operator.ne}
-_ARITHMETIC: Mapping[type[ast.operator], Callable[[Any, Any], Any]] = {
-    ast.Add: operator.add,
-    ast.Sub: operator.sub,
-    ast.Mult: operator.mul,
-    ast.Div: operator.truediv,
-}
 _SIGNS: Mapping[type[ast.AST], str] = {
-    ast.And: "and", ast.Or: "or", ast.Not: "not",
-    ast.USub: "-", ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/",
+    ast.And: "and", ast.Or: "or", ast.Add: "+", ast.Sub: "-", ast.Mult: "*", ast.Div: "/",
     ast.Lt: "<", ast.LtE: "<=", ast.Gt: ">", ast.GtE: ">=", ast.Eq: "==", ast.NotEq: "!=",
+}  # fmt: skip
+_Order = ast.Lt | ast.LtE | ast.Gt | ast.GtE
+_OPERATORS: Mapping[str, Callable[[Any, Any], Any]] = {
+    "+": operator.add, "-": operator.sub, "*": operator.mul, "/": operator.truediv,
+    "<": operator.lt, "<=": operator.le, ">": operator.gt, ">=": operator.ge, "==": operator.eq, "!=": operator.ne,
 }  # fmt: skip
 _DEEPEST = 100
 """Largest depth of a condition: far more than users need, and a tenth of the depth of Python's stack."""
@@ -84,13 +74,12 @@ class _Expression:
             raise self._refused() from None
         if _is_deep(tree):
             raise self._refused(f"{self._usage}, of at most {_DEEPEST} levels")
-        self._tree = tree
-        self._value = self._read(tree)
+        self._tree = self._read(tree)
         if not self.names:
             raise self._refused(f"{self._usage}: this text does not contain a result of a run")
 
-    def _read(self, node: ast.expr) -> Callable[[Values], Any]:
-        """Return the evaluator of the text for many runs."""
+    def _read(self, node: ast.expr) -> Any:
+        """Return the text as nested lists."""
         raise NotImplementedError
 
     def check_names(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
@@ -103,67 +92,62 @@ class _Expression:
                     self._origin, self.text, f"a condition on numbers that the runs have: {name} is {notes[name]}"
                 )
 
-    def _alike(self, one: ast.expr, other: ast.expr, units: Mapping[str, str]) -> _Kind | None:
+    def _alike(self, one: Any, other: Any, units: Mapping[str, str]) -> _Kind | None:
         """Return the common kind of two compared or added numbers; None for plain numbers, which fit every kind."""
         first, second = self._kind(one, units), self._kind(other, units)
         if first and second and not first.fits(second):
-            what = f"{self._shown(one)} is in {first.unit}, {self._shown(other)} in {second.unit}"
+            what = f"{_shown(one)} is in {first.unit}, {_shown(other)} in {second.unit}"
             raise self._refused(f"a condition on numbers with the same unit: {what}")
         return first or second
 
-    def _kind(self, node: ast.expr, units: Mapping[str, str]) -> _Kind | None:
+    def _kind(self, tree: Any, units: Mapping[str, str]) -> _Kind | None:
         """Return the kind of a number."""
-        if (name := _name(node)) is not None:
-            return _Kind.of(self._quantities[name].unit if name in self._quantities else units[name])
-        match node:
-            case ast.UnaryOp(operand=inner) | ast.Call(args=[inner]):
+        match tree:
+            case str():
+                return _Kind.of(units[tree])
+            case _Quantity():
+                return _Kind.of(tree.unit)
+            case ["abs" | "-", inner]:
                 return self._kind(inner, units)
-            case ast.BinOp(left=left, op=ast.Add() | ast.Sub(), right=right):
-                return self._alike(left, right, units)
-            case ast.BinOp(left=left, op=op, right=right):
-                power = 1 if isinstance(op, ast.Mult) else -1
-                return _times(self._kind(left, units), self._kind(right, units), power)
+            case ["+" | "-", one, other]:
+                return self._alike(one, other, units)
+            case ["*" | "/" as sign, one, other]:
+                return _times(self._kind(one, units), self._kind(other, units), 1 if sign == "*" else -1)
         return None
 
     def _quantity(self, value: float, unit: str, text: str) -> str:
         """Store a number that has a unit under an unused name, and return the name."""
         name = f"quantity\N{MIDDLE DOT}{len(self._quantities)}"
-        self._quantities[name] = _Quantity(self._finite(value), unit, text)
+        quantity = self._quantities[name] = _Quantity(self._finite(value))
+        quantity.unit, quantity.text = unit, text
         return name
-
-    def _shown(self, node: ast.expr) -> str:
-        """Return a part of the condition as its author wrote it."""
-        names = re.compile("|".join(map(re.escape, self._quantities)) or "$^")
-        return names.sub(lambda match: self._quantities[match[0]].text, ast.unparse(node))
 
     def _refused(self, allowed: str | None = None) -> InputError:
         return bad_value(self._origin, self.text, allowed or self._usage)
 
-    def _number(self, node: ast.expr) -> _Value:
-        """Return the evaluator of a node with one number per run."""
+    def _number(self, node: ast.expr) -> Any:
+        """Return a number of each run as nested lists."""
         if (name := _name(node)) == _STATUS:
             raise self._refused("a condition without arithmetic on the status, as in 'status == event'")
         if name in self._quantities:
-            return lambda _: self._quantities[name].value
+            return self._quantities[name]
         if name is not None:
             self.names.add(name)
-            return lambda values: values[name]
+            return name
         match node:
             case ast.Constant(value=int() | float() as value) if not isinstance(value, bool):
-                constant = np.float64(self._finite(value))
-                return lambda _: constant
+                self._finite(value)
+                return value
             case ast.UnaryOp(op=ast.USub(), operand=operand):
-                inner = self._number(operand)
-                return lambda values: -inner(values)
-            case ast.BinOp(left=left, op=op, right=right) if type(op) in _ARITHMETIC:
-                one, other, apply = self._number(left), self._number(right), _ARITHMETIC[type(op)]
-                if not any(_name(part) for part in ast.walk(node) if isinstance(part, ast.expr)):
+                return ["-", self._number(operand)]
+            case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div() as op, right=right):
+                tree = [_SIGNS[type(op)], self._number(left), self._number(right)]
+                if not any(isinstance(leaf, str) for leaf in _leaves(tree)):
                     with np.errstate(all="ignore"):
-                        self._finite(apply(one({}), other({})))
-                return lambda values: apply(one(values), other(values))
+                        self._finite(_value(tree, {}))
+                return tree
             case ast.Call(func=ast.Name(id="abs"), args=[argument], keywords=[]):
-                inner = self._number(argument)
-                return lambda values: np.abs(inner(values))
+                return ["abs", self._number(argument)]
         raise self._refused()
 
     def _finite(self, value: float) -> float:
@@ -204,8 +188,7 @@ class Criterion(_Expression):
         A comparison with NaN is neither true nor false, so that neither `x < 1` nor `not x < 1` holds for it.
         """
         with np.errstate(all="ignore"):
-            holds: NDArray[np.bool_] = self._value(values)[0]
-            return holds
+            return _masks(self._tree, values)[0]
 
     def succeeds(self, status: NDArray[Any], column: Callable[[str], NDArray[Any]]) -> NDArray[np.bool_]:
         """Return True for complete runs that fulfil the condition; a condition on the status may accept others.
@@ -232,69 +215,38 @@ class Criterion(_Expression):
             Reasons why some names have no number.
         """
         self.check_names(units, notes)
-        for node in ast.walk(self._tree):
-            if isinstance(node, ast.Compare) and _name(node.left) != _STATUS:
-                for one, other in itertools.pairwise((node.left, *node.comparators)):
+        for chain in _chains(self._tree):
+            for _, one, other in chain[1:]:
+                if one != _STATUS:
                     self._alike(one, other, units)
 
     def units(self, units: Mapping[str, str]) -> str:
         """Return the units of the numbers that the condition compares without a unit, as in "T_x in s"."""
-        compared: list[ast.expr] = [node for node in ast.walk(self._tree) if isinstance(node, ast.Compare)]
-        words = [
-            {name for part in ast.walk(node) if isinstance(part, ast.expr) and (name := _name(part)) is not None}
-            for node in compared or [self._tree]
-        ]
-        bare = set().union(*(names for names in words if self._quantities.keys().isdisjoint(names))) & self.names
+        leaves = [set(_leaves(chain)) for chain in _chains(self._tree)]
+        plain = (group for group in leaves if not any(isinstance(leaf, _Quantity) for leaf in group))
+        bare = set().union(*plain) & self.names
         named = ((name, units.get(name, "1")) for name in sorted(bare))
         return ", ".join(f"{name} in {unit}" for name, unit in named if unit not in ("", "1"))
 
     def nested(self) -> list[Any]:
         """Return the condition as nested lists, operator first, for programs without this grammar; names are texts."""
-        nested: list[Any] = self._nested(self._tree)
+        nested: list[Any] = self._tree
         return nested
 
-    def _nested(self, node: ast.expr) -> Any:
-        """Return a part of the condition as nested lists; chained comparisons become comparisons of pairs."""
-        if (name := _name(node)) is not None:
-            return self._quantities[name].value if name in self._quantities else name
+    def _read(self, node: ast.expr) -> list[Any]:
+        """Return a condition as nested lists; chained comparisons become comparisons of pairs."""
         match node:
-            case ast.BoolOp(op=op, values=nodes):
-                return [_SIGNS[type(op)], *map(self._nested, nodes)]
-            case ast.UnaryOp(op=op, operand=inner):
-                return [_SIGNS[type(op)], self._nested(inner)]
-            case ast.BinOp(left=left, op=op, right=right):
-                return [_SIGNS[type(op)], self._nested(left), self._nested(right)]
-            case ast.Compare(left=left, ops=ops, comparators=rest):
-                words = _WORDS if _name(left) == _STATUS else {}
-                sides = [
-                    words.get(side, side) if isinstance(side, str) else side
-                    for side in map(self._nested, (left, *rest))
-                ]
-                return ["and", *map(list, zip((_SIGNS[type(op)] for op in ops), sides, sides[1:], strict=False))]
-            case ast.Call(args=[inner]):
-                return ["abs", self._nested(inner)]
-        return ast.literal_eval(node)
-
-    def _read(self, node: ast.expr) -> Callable[[Values], _Truth]:
-        """Return the evaluator of a node that is true or false."""
-        match node:
-            case ast.BoolOp(op=op, values=nodes):
-                parts = [self._read(part) for part in nodes]
-                join = _conjunction if isinstance(op, ast.And) else _disjunction
-                return lambda values: functools.reduce(join, (part(values) for part in parts))
+            case ast.BoolOp(op=connective, values=nodes):
+                return [_SIGNS[type(connective)], *map(self._read, nodes)]
             case ast.UnaryOp(op=ast.Not(), operand=operand):
-                inner = self._read(operand)
-                return lambda values: inner(values)[::-1]
-            case ast.Compare(left=left, ops=[op], comparators=[right]) if type(op) in _EQUALITIES:
-                name, equal, other = _name(left) or "", _EQUALITIES[type(op)], self._whole(left, right)
+                return ["not", self._read(operand)]
+            case ast.Compare(left=left, ops=[ast.Eq() | ast.NotEq() as equality], comparators=[right]):
+                name, whole = _name(left) or "", self._whole(left, right)
                 self.names.add(name)
-                return lambda values: _comparison(equal, values[name], other)
-            case ast.Compare(left=left, ops=ops, comparators=rest) if all(type(op) in _COMPARISONS for op in ops):
-                numbers = [self._number(part) for part in (left, *rest)]
-                pairs = list(zip([_COMPARISONS[type(op)] for op in ops], numbers, numbers[1:], strict=False))
-                return lambda values: functools.reduce(
-                    _conjunction, (_comparison(compare, a(values), b(values)) for compare, a, b in pairs)
-                )
+                return ["and", [_SIGNS[type(equality)], name, whole]]
+            case ast.Compare(left=left, ops=ops, comparators=rest) if all(isinstance(op, _Order) for op in ops):
+                sides = [self._number(side) for side in (left, *rest)]
+                return ["and", *map(list, zip((_SIGNS[type(op)] for op in ops), sides, sides[1:], strict=False))]
         raise self._refused()
 
     def _whole(self, left: ast.expr, right: ast.expr) -> int:
@@ -331,7 +283,7 @@ class Number(_Expression):
         """Return the number of each run; `column` returns a named number of each run."""
         values = {name: column(name) for name in self.names}
         with np.errstate(all="ignore"):
-            return np.asarray(self._value(values), dtype=np.float64)
+            return np.asarray(_value(self._tree, values), dtype=np.float64)
 
     def unit(self, units: Mapping[str, str]) -> str | None:
         """Return the unit of the number; None for a plain number."""
@@ -339,15 +291,13 @@ class Number(_Expression):
         kind = self._kind(self._tree, units)
         return None if kind is None else kind.unit
 
-    def _read(self, node: ast.expr) -> _Value:
+    def _read(self, node: ast.expr) -> Any:
         return self._number(node)
 
 
-@dataclass(frozen=True)
-class _Quantity:
+class _Quantity(float):
     """A number with unit, in SI, and its text."""
 
-    value: float
     unit: str
     text: str
 
@@ -373,18 +323,63 @@ class _Kind:
         return self.dimension == other.dimension and (None in (self.angle, other.angle) or self.angle == other.angle)
 
 
-def _comparison(compare: Callable[[Any, Any], Any], one: Any, other: Any) -> _Truth:
-    """Return the masks of a comparison: true, and false."""
-    true, known = np.asarray(compare(one, other), dtype=np.bool_), ~(np.isnan(one) | np.isnan(other))
-    return true & known, ~true & known
+def _masks(tree: Any, values: Values) -> _Truth:
+    """Return where a condition is true, and where it is false."""
+    sign, *parts = tree
+    if sign == "not":
+        return _masks(parts[0], values)[::-1]
+    if sign in ("and", "or"):
+        true, false = zip(*(_masks(part, values) for part in parts), strict=True)
+        every, some = (functools.partial(functools.reduce, join) for join in (operator.and_, operator.or_))
+        return (every(true), some(false)) if sign == "and" else (some(true), every(false))
+    one, other = (_value(part, values) for part in parts)
+    holds, known = np.asarray(_OPERATORS[sign](one, other), dtype=np.bool_), ~(np.isnan(one) | np.isnan(other))
+    return holds & known, ~holds & known
 
 
-def _conjunction(one: _Truth, other: _Truth) -> _Truth:
-    return one[0] & other[0], one[1] | other[1]
+def _value(tree: Any, values: Values) -> Any:
+    """Return a number for many runs."""
+    match tree:
+        case str():
+            return values[tree]
+        case ["abs", inner]:
+            return np.abs(_value(inner, values))
+        case ["-", inner]:
+            return -_value(inner, values)
+        case [sign, one, other]:
+            return _OPERATORS[sign](_value(one, values), _value(other, values))
+    return np.float64(tree)
 
 
-def _disjunction(one: _Truth, other: _Truth) -> _Truth:
-    return one[0] | other[0], one[1] & other[1]
+def _chains(tree: Any) -> Iterator[list[Any]]:
+    """Yield the chains of comparisons in a condition, as ["and", [sign, one, other], ...]."""
+    if tree[1][0] in ("and", "or", "not"):
+        for part in tree[1:]:
+            yield from _chains(part)
+    else:
+        yield tree
+
+
+def _leaves(tree: Any) -> Iterator[Any]:
+    """Yield the names, numbers and quantities of nested lists."""
+    if isinstance(tree, list):
+        for part in tree[1:]:
+            yield from _leaves(part)
+    else:
+        yield tree
+
+
+def _shown(tree: Any, inner: bool = False) -> str:
+    """Return a number of a condition as its author could write it."""
+    match tree:
+        case ["abs", part]:
+            return f"abs({_shown(part)})"
+        case ["-", part]:
+            return f"-{_shown(part, True)}"
+        case [sign, one, other]:
+            text = f"{_shown(one, True)} {sign} {_shown(other, True)}"
+            return f"({text})" if inner else text
+    return tree.text if isinstance(tree, _Quantity) else str(tree)
 
 
 def _times(one: _Kind | None, other: _Kind | None, power: int) -> _Kind | None:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -13,15 +12,14 @@ from numpy.typing import NDArray
 
 from mehvar.base.errors import bad_value
 
-from ...model.model import Model, load
+from ...model.model import Model
 from ...run.problem import COMPLETE
 from ...run.user.law import PythonLaw
 from ..blocks import IMPOSSIBLE, Blocks, Values
 from ..plan import Campaign, Plan
 from ..sampling import FloatArray, stream
 from ..store.layout import STATUS, array_of
-from .conditions import Criterion, Number
-from .requirements import RareEvidence, Requirement, Verdict, checked_confidence, read_requirements
+from .requirements import RareEvidence, Requirement, Verdict, read_requirements
 from .splitting import FEWEST, REPETITIONS, Estimate, Levels, bounds, estimate, most_levels, pilot
 
 Progress = Callable[[int, int], None]
@@ -38,10 +36,10 @@ _EDGE = 2.0**-53
 
 
 def decide_rare(
-    model: Model | str | os.PathLike[str],
+    model: Model,
     campaign: Campaign,
     requirements: Mapping[str, str],
-    confidence: float | None,
+    confidence: float,
     threads: int,
     own: PythonLaw | None = None,
     report: Progress | None = None,
@@ -57,8 +55,8 @@ def decide_rare(
         The runs; n is the largest number of runs per requirement.
     requirements : mapping of str to str
         Quantiles by name, as of `read_requirements`.
-    confidence : float or None
-        Confidence of each bound; default: 0.95.
+    confidence : float
+        Confidence of each bound.
     threads : int
         Threads of this process.
     report : callable, optional
@@ -69,8 +67,7 @@ def decide_rare(
     InputError
         Without a requirement or distribution, for a requirement on a probability, or if a batch refuses an argument.
     """
-    confidence = checked_confidence(confidence, origin)
-    plan = Plan(model if isinstance(model, Model) else load(model, "c"), campaign, origin, own)
+    plan = Plan(model, campaign, origin, own)
     _check(plan, origin)
     blocks = Blocks(plan, threads)
     read = read_requirements(requirements, blocks.scalars(), blocks.notes, origin)
@@ -107,8 +104,6 @@ class _Seeker:
         self, blocks: Blocks, requirement: Requirement, place: int, places: int, report: Progress | None
     ) -> None:
         self._blocks, self._requirement = blocks, requirement
-        self._condition = Criterion(requirement.condition, requirement.name)
-        self._number = Number(requirement.number, requirement.name)
         self._n = blocks.plan.campaign.n
         self._runs, self._before, self._all = 0, place * self._n, places * self._n
         self._impossible, self._report = False, report
@@ -159,8 +154,9 @@ class _Seeker:
             self._report(self._before + self._runs, self._all)
         status = values[STATUS]
         self._impossible |= bool((status == IMPOSSIBLE).any())
-        number = self._number(lambda name: self._column(values, name))
-        failed = ~self._condition.succeeds(status, lambda name: self._column(values, name))
+        assert requirement.number is not None
+        number = requirement.number(lambda name: self._column(values, name))
+        failed = ~requirement.condition.succeeds(status, lambda name: self._column(values, name))
         excess = number - requirement.limit if requirement.largest else requirement.limit - number
         excess[~np.isin(status, COMPLETE) | np.isnan(excess)] = math.inf
         scores: FloatArray = np.where(failed, np.maximum(excess, 0.0), np.minimum(excess, -math.ulp(0.0)))

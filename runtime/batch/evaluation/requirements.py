@@ -12,11 +12,10 @@ import json
 import math
 import re
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from typing import Literal
 
 import numpy as np
-from numpy.typing import NDArray
 
 from mehvar.base.errors import InputError, bad_value
 
@@ -30,7 +29,7 @@ from ..store.layout import STATUS
 from ..store.store import Store
 from .binomial import lower_bound
 from .conditions import Criterion, Number
-from .statistics import Rule, Success, column, design_of, notes, scalars, whole_blocks, worst
+from .statistics import Rule, column, design_of, fulfilment, notes, scalars, whole_blocks, worst
 
 DECIDED = "decided"
 """Name of the stop rule that ends a batch as soon as all requirements are decided."""
@@ -61,10 +60,10 @@ class Requirement:
         Name and text, as given.
     share : float
         Required share, in (0, 1).
-    condition : str
-        The condition on one run; see `Criterion`.
-    number : str
-        Number of the quantile; empty for a probability.
+    condition : Criterion
+        The condition on one run.
+    number : Number or None
+        Number of the quantile; None for a probability.
     largest : bool
         True if large numbers are worse.
     limit : float
@@ -76,21 +75,17 @@ class Requirement:
     name: str
     text: str
     share: float
-    condition: str
-    number: str = ""
+    condition: Criterion
+    number: Number | None = None
     largest: bool = True
     limit: float = math.nan
     units: str = ""
 
-    def fulfilled(self, store: Batch, blocks: Sequence[int]) -> NDArray[np.bool_]:
-        """Return True for each stored run of some blocks that fulfils the condition; see `Success`."""
-        return Success(self.condition, self.name)(store, blocks)
-
     def badness(self, store: Batch, block: int) -> FloatArray:
         """Return a number for each run of a block, larger for worse runs; NaN for irrelevant ones."""
         if not self.number:
-            return np.where(self.fulfilled(store, [block]), math.nan, 1.0)
-        value = Number(self.number, self.name)(lambda name: column(store, name, [block]))
+            return np.where(fulfilment(store, self.condition, [block]), math.nan, 1.0)
+        value = self.number(lambda name: column(store, name, [block]))
         ended = np.isin(store.read(STATUS, [block]), COMPLETE)
         return np.where(ended & ~np.isnan(value), value if self.largest else -value, math.inf)
 
@@ -123,24 +118,25 @@ def _read(name: str, text: str, units: Mapping[str, str], notes: Mapping[str, st
     if not isinstance(text, str):
         raise bad_value(name, text, f"a text {_USAGE}", origin)
     if match := _QUANTILE.fullmatch(text):
-        share, number = _share(name, text, match["share"], origin), match["number"].strip()
-        unit = Number(number, name).unit(units)
+        share, number = _share(name, text, match["share"], origin), Number(match["number"].strip(), name)
+        unit = number.unit(units)
         limit = read_value(match["limit"].strip(), unit, name, origin)
         if isinstance(limit, str):
             allowed = f"{_USAGE}: the limit {limit!r} is no number in {unit or 'a known unit'}"
             raise bad_value(name, text, allowed, origin)
         below = match["sign"].startswith("<")
-        result = Requirement(
-            name, text, share if below else 1 - share, f"{number} {match['sign']} {limit!r}", number, below, limit
-        )
-        written = Criterion(f"{number} {match['sign']} {match['limit']}", name)
+        written = Criterion(f"{number.text} {match['sign']} {match['limit']}", name)
+        condition = Criterion(f"{number.text} {match['sign']} {limit!r}", name)
+        share = share if below else 1 - share
+        result = Requirement(name, text, share, condition, number, below, limit, written.units(units))
     elif match := _PROBABILITY.fullmatch(text):
-        result = Requirement(name, text, _share(name, text, match["share"], origin), match["condition"].strip())
-        written = Criterion(result.condition, name)
+        written = Criterion(match["condition"].strip(), name)
+        share = _share(name, text, match["share"], origin)
+        result = Requirement(name, text, share, written, units=written.units(units))
     else:
         raise bad_value(name, text, _USAGE, origin)
     written.check(units, notes)
-    return replace(result, units=written.units(units))
+    return result
 
 
 def _share(name: str, text: str, written: str, origin: str) -> float:
@@ -264,7 +260,7 @@ class DecisionRule(Rule):
 
     def count(self, store: Batch, block: int) -> tuple[int, ...]:
         """Return the number of runs in a block that fulfil each requirement."""
-        return tuple(int(np.count_nonzero(r.fulfilled(store, [block]))) for r in self._requirements)
+        return tuple(int(np.count_nonzero(fulfilment(store, r.condition, [block]))) for r in self._requirements)
 
     def holds(self, counts: Sequence[int], runs: int) -> bool:
         """Return True if all requirements are decided by the runs so far."""
@@ -354,8 +350,8 @@ def _verdict(
         reason = f"undecided for any number of runs: runs of a {design} design are not independent"
         return Verdict(requirement, "undecided", None, reason, _worst(store, requirement, None))
     if fixed:
-        fulfilled = int(np.count_nonzero(requirement.fulfilled(store, store.stored())))
-        facts, how = evidence(fulfilled, store.n, confidence, True), "for a fixed number of runs"
+        successes = int(np.count_nonzero(fulfilment(store, requirement.condition, store.stored())))
+        facts, how = evidence(successes, store.n, confidence, True), "for a fixed number of runs"
     else:
         facts, how = _sequential(store, requirement, confidence), "that hold for every number of runs"
     runs = _worst(store, requirement, facts.runs or None)

@@ -19,7 +19,6 @@ from numpy.typing import NDArray
 
 from mehvar.base.errors import InputError, bad_value, either
 
-from ...run.problem import COMPLETE
 from ..blocks import STATUS_TEXT
 from ..dispersions import read_dispersions
 from ..sampling import OPEN_DESIGNS, FloatArray
@@ -48,32 +47,21 @@ NO_INTERVAL = {
 _RULE = re.compile(r"^\s*ci\(\s*success\s*\)\s*<\s*([0-9.eE+-]+)\s*$")
 
 
-class Success:
-    """Success of runs: reaching the end and, if there is a condition, fulfilling it.
+def success_condition(text: str | None) -> Criterion:
+    """Return the condition of success from a text; without one, success is reaching the end."""
+    return Criterion("status == done or status == event" if text is None else text, "success")
 
-    With a condition on the status, runs that ended early may be successful too.
+
+def fulfilment(store: Batch, condition: Criterion, blocks: Sequence[int]) -> NDArray[np.bool_]:
+    """Return True for each run of some stored blocks that fulfils a condition; see `Criterion.succeeds`.
 
     Raises
     ------
     InputError
-        If the text is not a condition.
+        If the condition has unknown names, names without a number, or mixed units.
     """
-
-    def __init__(self, text: str | None, origin: str = "success") -> None:
-        self._criterion = None if text is None else Criterion(text, origin)
-
-    def __call__(self, store: Batch, blocks: Sequence[int]) -> NDArray[np.bool_]:
-        """Return True for each successful run of some stored blocks."""
-        status = store.read(STATUS, blocks)
-        if self._criterion is None:
-            return np.isin(status, COMPLETE)
-        self.check(scalars(store), notes(store))
-        return self._criterion.succeeds(status, lambda name: column(store, name, blocks))
-
-    def check(self, units: Mapping[str, str], notes: Mapping[str, str]) -> None:
-        """Raise InputError if the condition has unknown names, names without a number, or mixed units."""
-        if self._criterion is not None:
-            self._criterion.check(units, notes)
+    condition.check(scalars(store), notes(store))
+    return condition.succeeds(store.read(STATUS, blocks), lambda name: column(store, name, blocks))
 
 
 class Rule(ABC):
@@ -120,8 +108,8 @@ class StopRule(Rule):
         Rule such as "ci(success) < 0.01", on the full width of the exact 95 % interval of the success probability.
     design : str
         Design of the runs, as of `design_of`. Only independent points and the Sobol sequence can end early.
-    success : Success, optional
-        Definition of success; default: reaching the end.
+    success : Criterion, optional
+        Condition of success; default: reaching the end.
 
     Raises
     ------
@@ -129,7 +117,7 @@ class StopRule(Rule):
         If the text is not such a rule, the width is not in (0, 1), or the design needs all its runs.
     """
 
-    def __init__(self, text: str, design: str, success: Success | None = None) -> None:
+    def __init__(self, text: str, design: str, success: Criterion | None = None) -> None:
         super().__init__()
         match = _RULE.match(text)
         try:
@@ -142,11 +130,11 @@ class StopRule(Rule):
             raise InputError(f"until = {text!r} needs random draws: values(...) lists are not random")
         if design not in OPEN_DESIGNS:
             raise InputError(f"until = {text!r} needs sampling {either(OPEN_DESIGNS)}: {design} needs all n runs")
-        self._success = success or Success(None)
+        self._success = success or success_condition(None)
 
     def count(self, store: Batch, block: int) -> tuple[int, ...]:
         """Return the number of successful runs in a block."""
-        return (int(np.count_nonzero(self._success(store, [block]))),)
+        return (int(np.count_nonzero(fulfilment(store, self._success, [block]))),)
 
     def holds(self, counts: Sequence[int], runs: int) -> bool:
         """Return True if the interval is narrow enough."""
@@ -260,11 +248,11 @@ def summarise(store: Store, success: str | None = None) -> Statistics:
         If a file of the store is missing or changed.
     """
     blocks, writer = whole_blocks(store)
-    succeeds = Success(success if success is not None else store.attributes["success"] or None)
+    condition = success_condition((store.attributes["success"] or None) if success is None else success)
     endings, successes = np.zeros(NOT_RUN + 1, np.int64), 0
     for block in blocks:
         endings += np.bincount(store.read(STATUS, [block]), minlength=len(endings))
-        successes += int(np.count_nonzero(succeeds(store, [block])))
+        successes += int(np.count_nonzero(fulfilment(store, condition, [block])))
     runs = int(endings.sum())
     design = design_of(store.attributes)
     low, high = (math.nan, math.nan) if design in NO_INTERVAL else interval(successes, runs)
@@ -349,16 +337,11 @@ def worst(
     before : int, optional
         Read only blocks before this run; default: all.
     """
-    best: list[tuple[float, int]] = []
-    for block in store.stored():
-        if before is not None and store.runs(block).stop > before:
-            break
-        numbers = values(block)
-        places = np.flatnonzero(~np.isnan(numbers))
-        order = places[np.argsort(-numbers[places], kind="stable")[:most]]
-        first = store.runs(block).start
-        best = sorted([*best, *((-float(numbers[i]), first + int(i)) for i in order)])[:most]
-    return [(run, -value) for value, run in best]
+    blocks = [block for block in store.stored() if before is None or store.runs(block).stop <= before]
+    runs = np.concatenate([np.empty(0, int), *map(store.runs, blocks)])
+    numbers = np.concatenate([np.empty(0), *map(values, blocks)])
+    order = np.argsort(-numbers, kind="stable")[: min(most, np.count_nonzero(~np.isnan(numbers)))]  # NaN are last
+    return list(zip(runs[order].tolist(), numbers[order].tolist(), strict=True))
 
 
 def bands(store: Batch, name: str, quantiles: Sequence[float]) -> FloatArray:

@@ -8,7 +8,7 @@ from typing import Any
 
 from mehvar.base.schema import SchemaError, parse, read
 
-from ..plan import INITIAL, Campaign
+from ..plan import Campaign
 from .arrays import STATUS, Array
 from .records import FORMAT, digest
 
@@ -24,8 +24,6 @@ _KINDS = {"long_name": str, "units": str, "note": str, "flag_values": int, "flag
 """Allowed types of array attributes; lists of a type are allowed too. Others can change the values that programs read,
 such as `scale_factor` in xarray.
 """
-_OWN = ("t_stop", "error", "t_stiff")
-"""Numbers of a run that are neither drawn values nor metrics."""
 
 
 @dataclass(frozen=True)
@@ -93,7 +91,7 @@ def batch_hash(attributes: Mapping[str, Any], chunk: int) -> str:
 
 
 def check_group(attributes: Mapping[str, Any], arrays: Mapping[str, Array]) -> None:
-    """Refuse attributes and arrays that no batch has, or that contradict its campaign.
+    """Refuse attributes and arrays that no batch has.
 
     Raises
     ------
@@ -105,7 +103,10 @@ def check_group(attributes: Mapping[str, Any], arrays: Mapping[str, Array]) -> N
         raise SchemaError(f" = {version!r}: must be {FORMAT}, the only version that this mehvar reads", NAMES[0])
     parsed = {name: _parsed(name, value) if name in _JSON else value for name, value in attributes.items()}
     about = read(Attributes, parsed, "any_age")
-    _check_campaign(about)
+    try:
+        read(Campaign, about.campaign)
+    except SchemaError as error:
+        raise error.within("campaign") from None
     if about.require:
         read(_Require, parse(about.require))
     if missing := {"generated", "options"} - about.numerics.keys():
@@ -124,29 +125,8 @@ def _parsed(name: str, value: object) -> Any:
         raise error.within(name) from None
 
 
-def _check_campaign(about: Attributes) -> None:
-    """Refuse attributes that contradict the campaign."""
-    try:
-        campaign = read(Campaign, about.campaign)
-    except SchemaError as error:
-        raise error.within("campaign") from None
-    profile = str(campaign.options.get("profile", "portable"))
-    for name, value, meaning in (
-        ("controller", campaign.controller, "its campaign"),
-        ("scenario", campaign.scenario or about.scenario, "its campaign"),
-        ("seed", campaign.seed, "its campaign"),
-        ("profile", profile, "its campaign"),
-        ("profile", about.numerics.get("profile"), "its numerics"),
-    ):
-        if getattr(about, name) != value:
-            raise SchemaError(f" = {getattr(about, name)!r}: must be {value!r}, which {meaning} says", name)
-    drawn = {name.strip().removeprefix(INITIAL) for names in campaign.vary for name in names.split(",")}
-    if {name.removeprefix(INITIAL) for name in about.drawn} != drawn:
-        raise SchemaError(f" = {about.drawn!r}: must be the names that its campaign varies", "drawn")
-
-
 def _check_arrays(about: Attributes, arrays: Mapping[str, Array]) -> None:
-    """Refuse arrays that contradict the attributes or each other, and array attributes that mehvar does not write."""
+    """Refuse unlisted arrays, arrays with other runs, and array attributes that mehvar does not write."""
     variables = {name: array for name, array in arrays.items() if array.of_runs}
     along = {dimension for array in variables.values() for dimension in array.dimensions[1:]}
     if variables.keys() != {STATUS, *about.variables} or arrays.keys() != {*about.variables, *along}:
@@ -154,9 +134,6 @@ def _check_arrays(about: Attributes, arrays: Mapping[str, Array]) -> None:
     if len({(array.shape[0], array.chunk[0]) for array in variables.values()}) > 1:
         raise SchemaError(": must have the same runs and blocks", "variables")
     numbers = {name for name, array in variables.items() if len(array.shape) == 1 and array.dtype == "float64"}
-    if sorted([*about.drawn, *about.metrics]) != sorted(numbers - {*_OWN}):
-        allowed = "must be the store's numbers of a run, except the drawn values"
-        raise SchemaError(f" = {about.metrics!r}: {allowed}", "metrics")
     for name, array in arrays.items():
         place = f"{name}.attributes"
         if unknown := sorted(array.attributes.keys() - _KINDS.keys()):

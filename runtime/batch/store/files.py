@@ -6,11 +6,10 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 from .arrays import Read
 from .layout import Layout
-from .paths import clear_path
 from .records import (
     CURE,
     END,
@@ -27,22 +26,6 @@ from .records import (
     write_file,
     write_record,
 )
-
-
-class Files(Protocol):
-    """Files of a store by their names. A block is stored once its facts are written."""
-
-    def read(self, name: str) -> bytes | None:
-        """Return a file; None if it is absent."""
-
-    def about(self, block: int) -> Mapping[str, Any] | None:
-        """Return the facts about a stored block; None if it is not stored."""
-
-    def write(self, block: int, files: Iterable[tuple[str, bytes]], about: Mapping[str, Any]) -> None:
-        """Store the files of a block, then its facts."""
-
-    def end(self, layout: Layout) -> Files:
-        """End the batch after the runs of a layout, and return its files."""
 
 
 class Memory:
@@ -80,20 +63,8 @@ class Folder:
     def __init__(self, root: Path) -> None:
         self.root = root
         self._records = Records(root)
+        self.record = self._records.store
         self._blocks: dict[int, Record] = {}
-
-    @property
-    def record(self) -> Record:
-        """Record of the store.
-
-        Raises
-        ------
-        DamageError
-            If no intact one exists.
-        """
-        if self._records.store is None:
-            raise self._damage(f"{STORE} is missing or changed")
-        return self._records.store
 
     def about(self, block: int) -> Mapping[str, Any] | None:
         """Return the facts about a stored block; None if it is not stored.
@@ -136,7 +107,6 @@ class Folder:
         self._records.remove(block)
         digests = {}
         for name, content in files:
-            clear_path(self.root, name)
             write_file(self.root / name, content)
             digests[name] = digest(content)
         force_files(self.root, digests)
@@ -149,7 +119,7 @@ class Folder:
         write_record(self.root, END, Record(layout.about(runs=layout.n), digests))
         if layout.n == self.record.about["runs"]:
             return self
-        lay_again(self.root, layout, None)
+        lay_again(self.root, layout, self.record)
         remove_beyond(self.root, layout.blocks)
         return Folder(self.root)
 
@@ -171,9 +141,13 @@ class Folder:
         return DamageError(f"{self.root} is damaged: {what}; {CURE}")
 
 
-def lay_again(folder: Path, layout: Layout, record: Record | None) -> None:
+Files: TypeAlias = Memory | Folder
+"""Files of a store by their names. A block is stored once its facts are written."""
+
+
+def lay_again(folder: Path, layout: Layout, record: Record) -> None:
     """Rewrite everything except runs and files with a matching record."""
-    kept = record.digests if record is not None and record.about["runs"] == layout.n else {}
+    kept = record.digests if record.about["runs"] == layout.n else {}
     digests = {}
     for name, content in layout.files().items():
         if kept.get(name, "") == file_digest(folder / name):

@@ -11,7 +11,6 @@ from pathlib import Path
 from mehvar.base.errors import InputError
 
 from ...interrupts import deferred
-from .paths import clear_path
 
 FILE = "lock"
 _PLAIN = getattr(os, "O_NOFOLLOW", 0) | getattr(os, "O_NONBLOCK", 0)
@@ -92,7 +91,6 @@ def is_abandoned(folder: Path) -> bool:
 
 def _locked(place: Path, name: str) -> int:
     """Return the handle of the locked file; the name that was locked must still be that of the file."""
-    clear_path(place.parent, place.name)
     while True:
         handle = os.open(place, os.O_RDWR | os.O_CREAT | os.O_APPEND | _PLAIN, 0o666)
         if not _locks(handle):

@@ -12,14 +12,12 @@ import json
 import os
 import re
 import secrets
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
 from typing import Any
 
 from mehvar.base.errors import InputError
-
-from .paths import clear_path, is_plain
 
 FOLDER = "records"
 STORE, END = f"{FOLDER}/store.json", f"{FOLDER}/end.json"
@@ -61,19 +59,24 @@ class Record:
 class Records:
     """Records of a store, each checked to belong to the batch.
 
-    An invalid record is a text with the reason, such as "of another batch".
+    An invalid record of a block or of the end is a text with the reason, such as "of another batch".
 
     Attributes
     ----------
-    store : Record or None
-        Record of the store; None if no intact one exists.
+    store : Record
+        Record of the store.
     end : Record, str or None
         Record of the end; None if the batch has not ended.
+
+    Raises
+    ------
+    InputError
+        If the record of the store is missing, changed or of another version. Nothing else identifies the batch.
     """
 
     def __init__(self, folder: Path) -> None:
         self.folder = folder
-        self.store = read_record(folder / STORE)
+        self.store = _store_record(folder)
         self.end = self._read(END)
         self._seals = dict(self.end.digests) if isinstance(self.end, Record) else {}
 
@@ -95,20 +98,14 @@ class Records:
         """Remove a block's record, also for the end record, which has its digest."""
         name = block_record(block)
         self._seals.pop(name, None)
-        clear_path(self.folder, name)
         (self.folder / name).unlink(missing_ok=True)
-
-    def intact(self) -> Iterator[Record]:
-        """Yield the intact records, of this batch or another."""
-        records = map(read_record, (self.folder / FOLDER).glob("*.json"))
-        return (record for record in records if record is not None)
 
     def _read(self, name: str) -> Record | str | None:
         place = self.folder / name
         record = read_record(place)
         if record is None:
-            return "changed" if place.exists() or place.is_symlink() else None
-        if self.store is not None and any(record.about[key] != self.store.about[key] for key in ("batch", "chunk")):
+            return "changed" if os.path.lexists(place) else None
+        if any(record.about[key] != self.store.about[key] for key in ("batch", "chunk")):
             return "of another batch"
         return record
 
@@ -137,7 +134,7 @@ def file_digest(path: Path) -> str | None:
 def read_record(path: Path) -> Record | None:
     """Return the record at a path; None if it is missing or damaged."""
     try:
-        content = path.read_bytes() if is_plain(path.parents[1], f"{FOLDER}/{path.name}") else b""
+        content = path.read_bytes() if path.is_file() else b""
         facts = json.loads(content)
         record = Record(facts["about"], facts["files"])
         inside = all(PurePosixPath(name).is_relative_to(".") and ".." not in name.split("/") for name in record.digests)
@@ -146,20 +143,19 @@ def read_record(path: Path) -> Record | None:
         return None
 
 
-def check_format(path: Path) -> None:
-    """Refuse a record of another version.
-
-    Raises
-    ------
-    InputError
-        The message names its format.
-    """
+def _store_record(folder: Path) -> Record:
+    """Return the record of a store; refuse one of another version, and one that is not intact."""
+    path = folder / STORE
+    record = read_record(path)
+    if record is not None:
+        return record
     try:
         number = json.loads(path.read_bytes())["about"]["format"] if path.is_file() else FORMAT
     except (OSError, ValueError, LookupError, TypeError, RecursionError):
-        return
+        number = FORMAT
     if number != FORMAT:
-        raise InputError(f"{path.parent.parent} is a batch store of another version: its format is {number!r}")
+        raise InputError(f"{folder} is a batch store of another version: its format is {number!r}")
+    raise DamageError(f"{folder} is damaged: {STORE} is missing or changed, so that nothing identifies its batch")
 
 
 def _is_about_a_store(about: Mapping[str, Any]) -> bool:
@@ -184,7 +180,6 @@ def write_record(folder: Path, name: str, record: Record) -> None:
 
 def replace_file(folder: Path, name: str, content: bytes) -> None:
     """Write a file of a store by renaming. Its bytes are on the disk before its name."""
-    clear_path(folder, name)
     write_file(folder / name, content, forced=True)
 
 

@@ -31,10 +31,8 @@ from .attributes import NAMES
 from .files import Files, Folder, Memory, lay_again, remove_beyond, zarr_store
 from .layout import STATUS, Coordinate, Layout, Runs, Variable
 from .lock import Lock, is_abandoned, lock_owner
-from .paths import special_files
 from .records import (
     CURE,
-    FOLDER,
     STORE,
     DamageError,
     Record,
@@ -299,7 +297,7 @@ def create(path: Path | None, layout: Layout) -> Store:
 
 @deferred()
 def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Store:
-    """Repair a store's metadata, names and instants, and open it to continue, locked by this process.
+    """Open a store to continue it, locked by this process; repair its metadata, names and instants.
 
     `compare` must accept the folder before anything is changed. A complete store without write permission is opened
     for reading.
@@ -316,7 +314,8 @@ def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], No
     Raises
     ------
     InputError
-        If there is no store, another process is writing it, or no intact part identifies it as this batch.
+        If there is no store, it is another batch, its record is not intact, it has links, pipes or devices, or
+        another process is writing it.
     StoreError
         If it cannot be written.
     """
@@ -325,8 +324,6 @@ def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], No
     try:
         lock = Lock(path, str(path))
         try:
-            for special in special_files(path):
-                (path / special).unlink()
             for leftover in leftovers(path):
                 leftover.unlink()
             layout = _mended(path, layout, compare)
@@ -349,8 +346,6 @@ def open_store(path: str | os.PathLike[str]) -> Store:
         If there is no store, it has another version, or its metadata are damaged.
     """
     folder = store_folder(path)
-    if not (folder / FOLDER).is_dir():
-        raise InputError(f"{folder} is not a batch store: it has no records")
     opened = settled(folder, lambda _: _opened(folder), lambda result: isinstance(result, Store))
     if isinstance(opened, Store):
         return opened
@@ -364,10 +359,10 @@ def open_store(path: str | os.PathLike[str]) -> Store:
 @deferred()
 def _opened(folder: Path) -> Store | DamageError:
     """Return a store whose files outside of blocks are intact, and are those of a batch."""
-    records, damage = own_files(folder)
-    if damage:
-        return DamageError(f"{folder} is damaged: {listed(damage)}; {CURE}")
     try:
+        records, damage = own_files(folder)
+        if damage:
+            raise DamageError(f"{folder} is damaged: {listed(damage)}; {CURE}")
         _, arrays = stored_group(folder, records.store)
         for name, array in arrays.items():
             if json.loads((folder / name / ROOT).read_bytes()) != array.metadata():
@@ -420,7 +415,7 @@ def _remove_abandoned(path: Path) -> None:
 def _mended(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]) -> Layout:
     """Repair metadata, names and instants, complete an unfinished end, and return the layout."""
     layout, record, damage = _layout_there(path, layout, compare)
-    if record is None or damage or record.about["runs"] != layout.n:
+    if damage or record.about["runs"] != layout.n:
         lay_again(path, layout, record)
     remove_beyond(path, layout.blocks)
     return layout
@@ -428,36 +423,29 @@ def _mended(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], N
 
 def _layout_there(
     path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], None]
-) -> tuple[Layout, Record | None, Mapping[str, str]]:
+) -> tuple[Layout, Record, Mapping[str, str]]:
     """Return the layout of a store to continue, its record, and the damage to files outside of blocks.
 
     Raises
     ------
     InputError
-        If the intact part of the folder does not identify it as this batch.
+        If the store is another batch, or its record is not intact.
     """
     records, damage = own_files(path)
-    intact = list(records.intact())
-    if records.store is not None and ROOT not in damage:
+    layout = replace(layout, chunk=records.store.about["chunk"])
+    if ROOT not in damage:
         attributes, _ = stored_group(path, records.store)
         compare(attributes)
-        own = {name: value for name, value in attributes.items() if name not in NAMES}
-        layout = replace(layout, chunk=records.store.about["chunk"], attributes=own)
-    elif intact:
-        layout = replace(layout, chunk=intact[0].about["chunk"])
-        if any(record.about["batch"] != layout.batch for record in intact):
-            raise InputError(f"{path} is damaged, and its records belong to another batch: it cannot be repaired")
-    else:
-        attributes, arrays = stored_group(path, None)
-        compare(attributes)
-        layout = replace(layout, chunk=arrays[STATUS].chunk[0])
-    if isinstance(records.end, Record) and records.end.about["batch"] == layout.batch:
+        layout = replace(layout, attributes={k: v for k, v in attributes.items() if k not in NAMES})
+    elif layout.batch != records.store.about["batch"]:
+        raise InputError(f"{path} is damaged, and its records belong to another batch: it cannot be repaired")
+    if isinstance(records.end, Record):
         layout = replace(layout, n=records.end.about["runs"])
     return layout, records.store, damage
 
 
 def _store_error(error: OSError, name: str) -> StoreError:
-    return StoreError(error.errno or errno.EIO, f"cannot write {name}: {_reason(error)}")
+    return StoreError(error.errno or errno.EIO, f"cannot write {error.filename2 or name}: {_reason(error)}")
 
 
 def _reason(error: OSError) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, TypeVar
@@ -17,8 +17,7 @@ from .arrays import ROOT, Array, read_group
 from .attributes import batch_hash, check_group
 from .lock import FILE as LOCK
 from .lock import lock_owner
-from .paths import entries, is_plain, special_files
-from .records import END, FOLDER, STORE, Record, Records, block_record, check_format, file_digest
+from .records import END, FOLDER, STORE, DamageError, Record, Records, block_record, file_digest
 
 T = TypeVar("T")
 
@@ -62,7 +61,7 @@ class Verification:
     store : str
         Its path.
     runs, blocks : int
-        Totals. If no record has them, runs is None and blocks counts those with a record.
+        Totals.
     whole, missing : tuple of int
         Intact blocks, and blocks not yet written.
     damaged : tuple of BlockDamage
@@ -78,7 +77,7 @@ class Verification:
     """
 
     store: str
-    runs: int | None
+    runs: int
     blocks: int
     whole: tuple[int, ...]
     missing: tuple[int, ...]
@@ -166,7 +165,7 @@ def verification_now(folder: Path, writer: str | None) -> Verification:
     records, files = own_files(folder)
     if isinstance(records.end, str):
         files[END] = records.end
-    if records.store is not None and ROOT not in files:
+    if ROOT not in files:
         stored_group(folder, records.store)
     return _blocks(records, files, writer)
 
@@ -184,42 +183,56 @@ def store_folder(path: str | os.PathLike[str]) -> Path:
     folder = Path(path)
     if not folder.is_dir():
         raise InputError(f"no batch store {folder}")
-    if not (folder / FOLDER).is_dir() and not (folder / ROOT).exists():
+    if not (folder / FOLDER).is_dir():
         raise InputError(f"{folder} is not a batch store: it has no records")
     return folder
 
 
 def own_files(folder: Path) -> tuple[Records, dict[str, str]]:
-    """Return the records of a store, and the damage to its record and files, including foreign paths.
+    """Return the records of a store, and the damage to files outside of blocks.
 
     Raises
     ------
     InputError
-        If the store has another version, or nothing in the folder identifies the batch.
+        If the store has links, pipes or devices, or another version, or its record is not intact.
     """
-    check_format(folder / STORE)
+    special = {
+        name: "a link" if entry.is_symlink() else "a pipe or a device"
+        for name, entry in _entries(folder)
+        if not (entry.is_file(follow_symlinks=False) or entry.is_dir(follow_symlinks=False))
+    }
+    if special:
+        raise DamageError(f"{folder} is damaged: {listed(special)}; remove what is neither a file nor a folder")
     records = Records(folder)
-    if next(records.intact(), None) is None:
-        try:
-            stored_group(folder, None)
-        except InputError as error:
-            raise InputError(f"{folder} is not a batch store: it names no batch") from error
-    files = {STORE: _state(folder, STORE)} if records.store is None else _differences(folder, records.store.digests)
-    return records, files | special_files(folder)
+    return records, _differences(folder, records.store.digests)
 
 
-def stored_group(folder: Path, record: Record | None) -> tuple[dict[str, Any], dict[str, Array]]:
+def _entries(folder: Path, above: str = "") -> Iterator[tuple[str, os.DirEntry[str]]]:
+    """Yield the paths below a folder, in order, with their entries; links are not followed."""
+    try:
+        with os.scandir(folder / above) as listing:
+            own = sorted(listing, key=lambda entry: entry.name)
+    except OSError:
+        return  # a writer has removed it
+    for entry in own:
+        yield f"{above}{entry.name}", entry
+    for entry in own:
+        if entry.is_dir(follow_symlinks=False):
+            yield from _entries(folder, f"{above}{entry.name}/")
+
+
+def stored_group(folder: Path, record: Record) -> tuple[dict[str, Any], dict[str, Array]]:
     """Return the checked attributes and arrays of a store from its file.
 
     Raises
     ------
     InputError
-        If they are not those of a batch, or contradict an intact record.
+        If they are not those of a batch, or contradict the record.
     """
     try:
-        attributes, arrays = read_group((folder / ROOT).read_bytes() if is_plain(folder, ROOT) else None)
+        attributes, arrays = read_group((folder / ROOT).read_bytes())
         check_group(attributes, arrays)
-        if record is not None and batch_hash(attributes, record.about["chunk"]) != record.about["batch"]:
+        if batch_hash(attributes, record.about["chunk"]) != record.about["batch"]:
             raise SchemaError(": do not match its records, which are of another batch", "its attributes")
     except (OSError, ValueError, LookupError, TypeError, AttributeError, RecursionError) as error:
         raise InputError(f"{folder} is not a batch store: {' '.join(str(error).split())}") from error
@@ -237,7 +250,8 @@ def _blocks(records: Records, files: dict[str, str], writer: str | None) -> Veri
     """Return the verification of all blocks, and of the files that no record lists."""
     folder, store = records.folder, records.store
     end = records.end if isinstance(records.end, Record) else None
-    runs, chunk, count = _extent(records, end)
+    runs, chunk = (end or store).about["runs"], store.about["chunk"]
+    count = -(-runs // chunk)
     whole, missing, damaged = [], [], []
     known = {STORE, END, LOCK, *_files(store), *_files(end)}
     for block in range(count):
@@ -246,13 +260,12 @@ def _blocks(records: Records, files: dict[str, str], writer: str | None) -> Veri
         if record is None:
             missing.append(block)
         elif state := {place: record} if isinstance(record, str) else _differences(folder, record.digests):
-            last = (block + 1) * chunk - 1
-            damaged.append(BlockDamage(block, block * chunk, last if runs is None else min(last, runs - 1), state))
+            damaged.append(BlockDamage(block, block * chunk, min((block + 1) * chunk, runs) - 1, state))
         else:
             whole.append(block)
-    if store is not None and store.about["runs"] != runs:
+    if store.about["runs"] != runs:
         files[STORE] = "older than the end of the batch"
-    plain = (name for name, entry in entries(folder) if entry.is_file(follow_symlinks=False))
+    plain = (name for name, entry in _entries(folder) if entry.is_file(follow_symlinks=False))
     return Verification(
         store=str(folder),
         runs=runs,
@@ -263,18 +276,8 @@ def _blocks(records: Records, files: dict[str, str], writer: str | None) -> Veri
         files=files,
         ended=end is not None,
         writer=writer,
-        others=() if store is None else tuple(name for name in plain if name not in known),
+        others=tuple(name for name in plain if name not in known),
     )
-
-
-def _extent(records: Records, end: Record | None) -> tuple[int | None, int, int]:
-    """Return total runs, runs per block and number of blocks from any intact record."""
-    record = end or records.store
-    if record is not None:
-        runs, chunk = record.about["runs"], record.about["chunk"]
-        return runs, chunk, -(-runs // chunk)
-    known = [record.about for record in records.intact()]
-    return None, known[0]["chunk"] if known else 0, max((about.get("block", -1) + 1 for about in known), default=0)
 
 
 def _files(record: Record | str | None) -> Iterable[str]:

@@ -186,10 +186,6 @@ class EmulatedBoard:
         self._hooks.clear()
         self._uc.ctl_flush_tb()
 
-    def code(self, address: int, size: int) -> bytes:
-        """Return bytes of the program."""
-        return bytes(self._uc.mem_read(address, size))
-
     def link_register(self) -> int:
         """Return the return address of the current function."""
         return int(self._uc.reg_read(arm_const.UC_ARM_REG_LR)) & ~1

@@ -6,15 +6,14 @@ The image is the one for flashing, without instrumentation, because the emulator
 
 from __future__ import annotations
 
-import functools
 from collections import Counter
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
 
 from elftools.elf.elffile import ELFFile
 
 from ..image.elf import Elf
+from ..image.instructions import Instruction, decoded
 from .machine import EmulatedBoard
 
 STEP = "mv_app_step"
@@ -100,7 +99,7 @@ class StepProfiler:
         """Return the number of instructions in a block, and at first use record them as executed."""
         if block not in self._lengths:
             instructions = self._instructions(*block)
-            self.profile.addresses.update(address for address, _, _ in instructions)
+            self.profile.addresses.update(i.address for i in instructions)
             self._lengths[block] = len(instructions)
         return self._lengths[block]
 
@@ -132,55 +131,18 @@ class StepProfiler:
     def _estimate(self, blocks: list[tuple[int, int]]) -> int:
         cycles = 0
         for block, following in zip(blocks, [*blocks[1:], (0, 0)], strict=True):
-            cycles += sum(_cost(name, operands) for _, name, operands in self._instructions(*block))
+            cycles += sum(map(_cost, self._instructions(*block)))
             cycles += _TAKEN * (following[0] != block[0] + block[1])
         return cycles
 
-    @functools.cache  # noqa: B019 - one profiler a run
-    def _instructions(self, address: int, size: int) -> tuple[tuple[int, str, str], ...]:
-        return tuple(disassemble(self._machine.code(address, size), address))
+    def _instructions(self, address: int, size: int) -> tuple[Instruction, ...]:
+        return decoded(self._elf.stored(address, size), address)
 
 
-def disassemble(code: bytes, address: int) -> list[tuple[int, str, str]]:
-    """Return address, mnemonic without suffix, and operands of each instruction."""
-    engine = _engine()
-    instructions = []
-    at = 0
-    while at < len(code):
-        wide = code[at + 1] >> 3 in (0b11101, 0b11110, 0b11111)
-        size = 4 if wide else 2
-        instruction = next(engine.disasm_lite(code[at : at + size], address + at, 1), None)
-        name, operands = (instruction[2], instruction[3]) if instruction else ("unknown", "")
-        instructions.append((address + at, name.split(".")[0], operands))
-        at += size
-    return instructions
-
-
-@functools.cache
-def _engine() -> Any:
-    import capstone
-
-    return capstone.Cs(capstone.CS_ARCH_ARM, capstone.CS_MODE_THUMB | capstone.CS_MODE_MCLASS)
-
-
-def _cost(name: str, operands: str) -> int:
-    for kind in _PER_REGISTER:
-        if name.startswith(kind):
-            return 1 + registers(operands)
-    for mnemonic, cycles in _CYCLES.items():
-        if name.startswith(mnemonic):
-            return cycles
-    return 1
-
-
-def registers(operands: str) -> int:
-    """Return the number of registers in an operand such as {r4, r6-r8}."""
-    names = operands[operands.find("{") + 1 : operands.find("}")]
-    count = 0
-    for part in names.split(","):
-        first, dash, last = part.strip().partition("-")
-        count += int(last.strip()[1:]) - int(first.strip()[1:]) + 1 if dash else 1
-    return count
+def _cost(i: Instruction) -> int:
+    if i.name.startswith(_PER_REGISTER):
+        return 1 + i.registers
+    return next((cycles for name, cycles in _CYCLES.items() if i.name.startswith(name)), 1)
 
 
 @dataclass(frozen=True)

@@ -82,13 +82,13 @@ class Outcomes:
         self.most: dict[str, int] = {}
         self.instructions: dict[str, list[Instruction]] = {name: instructions(elf, name) for name in functions}
         self._machine, self._step = machine, functions[0]
-        self._entries = {parts[0][0]: name for name, parts in reversed(elf.functions.items())}
+        self._entries = elf.starts
         self._places = sorted({i.address for name in elf.functions for i in instructions(elf, name)})
         self._lengths: dict[tuple[int, int], int] = {}
         self._calls: list[_Call] = []
         for name, text in self.instructions.items():
             for i in text:
-                if i.conditional or i.mnemonic.startswith("it"):
+                if i.conditional or i.name.startswith("it"):
                     condition = Condition(name, i.address, f"{i.mnemonic} {i.operands}")
                     self.conditions.append(condition)
                     machine.on_instruction(i.address, self._watcher(condition, i))
@@ -118,15 +118,14 @@ class Outcomes:
 
     def _watcher(self, condition: Condition, i: Instruction) -> Callable[[], None]:
         """Return the function that records a condition's outcome; call it before the instruction runs."""
-        name = i.mnemonic.split(".")[0]
-        if name in ("cbz", "cbnz"):
+        if i.name in ("cbz", "cbnz"):
             register = i.operands.split(",")[0]
 
             def look() -> None:
-                condition.outcomes.add((self._machine.register(register) == 0) == (name == "cbz"))
+                condition.outcomes.add((self._machine.register(register) == 0) == (i.name == "cbz"))
 
             return look
-        suffix = i.operands.strip() if name.startswith("it") else name[1:]
+        suffix = i.condition or i.operands.strip()
         suffix = _SAME.get(suffix, suffix)
         holds, opposite = _HOLDS[_OPPOSITE.get(suffix, suffix)], suffix in _OPPOSITE
 

@@ -119,7 +119,7 @@ def collect(
     run = run_on_board(model, BoardRequest(controller, "unicorn", board, compiler, samples=samples))
     assert run.elf is not None
     flow = Flow(run.elf)
-    names = [STEP, *sorted(flow.callees(STEP))]
+    names = [STEP, *sorted(flow.callees(STEP) - {STEP})]
     outcomes = _campaign(model, run, names, disturbed)
     _check(outcomes, names, run)
     rows = line_table(run.image.path)
@@ -151,7 +151,7 @@ def _check(outcomes: Outcomes, names: list[str], run: BoardRun) -> None:
 def _length(flow: Flow, name: str, outcomes: Outcomes) -> Length:
     seen = outcomes.most.get(name, 0)
     try:
-        return Length(name, flow.worst(name).instructions, "", seen)
+        return Length(name, flow.worst(name), "", seen)
     except UnboundedError as error:
         return Length(name, None, str(error), seen)
 

@@ -11,8 +11,8 @@ from __future__ import annotations
 import contextlib
 import functools
 import re
-from collections.abc import Iterator, Mapping, Set
-from dataclasses import dataclass
+from collections.abc import Callable, Hashable, Iterable, Iterator, Mapping, Set
+from typing import TypeVar
 
 from ..image.elf import Elf
 from ..image.instructions import Instruction, UnboundedError, instructions
@@ -26,29 +26,21 @@ _PC_AHEAD = 4
 Value = tuple[str, int]
 """Value of a register: a constant (register "") or an offset from another register at the function's start."""
 State = dict[str, Value]
+Node = TypeVar("Node", bound=Hashable)
 
-
-_END = Instruction(-1, 0, "", "", None, frozenset())
-
-
-@dataclass(frozen=True)
-class Worst:
-    """Largest number of instructions per call of a function, with and without called functions."""
-
-    instructions: int
-    own: int
+_END = Instruction(-1, 0, "", "")
 
 
 class Flow:
     """Longest paths through the functions of an image."""
 
     def __init__(self, elf: Elf) -> None:
-        self._elf = elf
-        self._names = {parts[0][0]: name for name, parts in reversed(elf.functions.items())}
-        self._known: dict[tuple[str, tuple[Value, ...]], Worst] = {}
+        self.elf = elf
+        self._known: dict[tuple[str, tuple[Value, ...]], int] = {}
+        self._called: dict[str, set[str]] = {}
 
-    def worst(self, name: str, arguments: Mapping[str, Value] | None = None, above: tuple[str, ...] = ()) -> Worst:
-        """Return the largest number of instructions per call.
+    def worst(self, name: str, arguments: Mapping[str, Value] | None = None, above: tuple[str, ...] = ()) -> int:
+        """Return the largest number of instructions per call, with those of called functions.
 
         Parameters
         ----------
@@ -67,22 +59,22 @@ class Flow:
         given = {r: (arguments or {}).get(r, (r, 0)) for r in _ARGUMENTS}
         key = (name, tuple(given.values()))
         if key not in self._known:
-            self._known[key] = _Function(self, self._elf, name, given, above).worst()
+            self._known[key] = _Function(self, name, given, above).worst()
         return self._known[key]
 
-    def callees(self, name: str) -> set[str]:
-        """Return the functions that a function calls, directly or indirectly."""
-        result: set[str] = set()
-        waiting = [name]
-        while waiting:
-            caller = waiting.pop()
-            called = {self.owner(i.target) for i in instructions(self._elf, caller) if i.target is not None}
+    def called(self, name: str) -> set[str]:
+        """Return the functions that a function calls or jumps to, by address or by a register with known value."""
+        if name not in self._called:
+            jumps = [i for i in instructions(self.elf, name) if i.target is not None]
+            called = {owner for i in jumps if (owner := self.owner(i.target)) and (i.call or owner != name)}
             with contextlib.suppress(UnboundedError):
-                called |= _Function(self, self._elf, caller, {}, ()).called()
-            new = {c for c in called if c and c not in result}
-            result |= new
-            waiting += new
-        return result - {name}
+                called |= _Function(self, name, {}, ()).called()
+            self._called[name] = called
+        return self._called[name]
+
+    def callees(self, name: str) -> set[str]:
+        """Return the functions that a function calls, directly or indirectly; with itself only if it is recursive."""
+        return set().union(*(_reachable(self.called, called) for called in self.called(name)))
 
     def loops(self, name: str) -> int:
         """Return the number of a function's outermost loops.
@@ -92,27 +84,25 @@ class Flow:
         UnboundedError
             For a jump whose target is unknown.
         """
-        return _Function(self, self._elf, name, {}, ()).loops()
+        return _Function(self, name, {}, ()).loops()
 
-    def owner(self, address: int) -> str | None:
+    def owner(self, address: int | None) -> str | None:
         """Return the function that starts at an address."""
-        return self._names.get(address)
+        return None if address is None else self.elf.starts.get(address)
 
 
 class _Function:
-    def __init__(self, flow: Flow, elf: Elf, name: str, given: State, above: tuple[str, ...]) -> None:
+    def __init__(self, flow: Flow, name: str, given: State, above: tuple[str, ...]) -> None:
         self._flow, self._name, self._above = flow, name, (*above, name)
-        self._elf = elf
-        self._instructions = {i.address: i for i in instructions(elf, name)}
+        self._instructions = {i.address: i for i in instructions(flow.elf, name)}
         self._blocks = self._cut()
         self._next = {first: list(self._successors(first)) for first in self._blocks}
         self._entry = min(self._blocks)
         self._states = self._propagated(given)
 
-    def worst(self) -> Worst:
-        """Return the longest path from the entry."""
-        total, own = self._longest(set(self._blocks), self._entry)
-        return Worst(total, own)
+    def worst(self) -> int:
+        """Return the length of the longest path from the entry."""
+        return self._longest(set(self._blocks), self._entry)
 
     # blocks
 
@@ -143,7 +133,7 @@ class _Function:
                 raise UnboundedError(f"{self._name} jumps to {last.target:#010x}, where no function begins")
         elif last.leaves and not last.returns:
             raise UnboundedError(f"{self._name} jumps through a register at {last.address:#010x}")
-        within_if = len(block) > 1 and block[-2].mnemonic.startswith("it")
+        within_if = len(block) > 1 and block[-2].name.startswith("it")
         if (not last.leaves or within_if) and last.address + last.size in self._blocks:
             yield last.address + last.size
 
@@ -175,8 +165,8 @@ class _Function:
             yield i, state
             value = self._value(i, state) if condition == 0 else None
             condition = max(0, condition - 1)
-            if i.mnemonic.startswith("it"):
-                condition = len(i.mnemonic.split(".")[0]) - 1
+            if i.name.startswith("it"):
+                condition = len(i.name) - 1
             for register in (*i.writes, *(_CALLER_SAVED if i.call else ())):
                 state.pop(register, None)
             if value is not None:
@@ -187,48 +177,46 @@ class _Function:
         """Return the register that an instruction sets to a known value, possibly a constant of the image."""
         if match := _LITERAL.fullmatch(f"{i.mnemonic} {i.operands}"):
             place = (i.address + _PC_AHEAD & ~3) + int(match[2], 0)
-            return match[1], ("", int.from_bytes(self._elf.stored(place, 4), "little"))
+            return match[1], ("", int.from_bytes(self._flow.elf.stored(place, 4), "little"))
         return _value(i, state)
 
     # calls
 
-    def called(self) -> set[str | None]:
+    def called(self) -> set[str]:
         """Return the called functions, by address or by a register with known value."""
-        return {self._callee(i, state) for n, before in self._states.items() for i, state in self._through(n, before)}
+        steps = (step for n, before in self._states.items() for step in self._through(n, before))
+        return {callee for step in steps if (callee := self._callee(*step))}
 
     def _callee(self, i: Instruction, state: State) -> str | None:
         """Return the function that an instruction calls or jumps to."""
-        target = None if i.target in self._instructions else i.target
+        target = i.target if i.call or i.target not in self._instructions else None
         if i.call and state.get(i.operands, ("unknown", 0))[0] == "":
             target = state[i.operands][1] & ~1
-        return None if target is None else self._flow.owner(target)
+        return self._flow.owner(target)
 
     # lengths
 
-    def _cost(self, first: int) -> tuple[int, int]:
-        """Return the instructions of a block, with and without those of its calls."""
-        own = total = len(self._blocks[first])
+    def _cost(self, first: int) -> int:
+        """Return the instructions of a block, with those of its calls."""
+        total = len(self._blocks[first])
         for i, state in self._through(first, self._states.get(first, {})):
             called = self._callee(i, state)
             if i.call and called is None:
                 raise UnboundedError(f"{self._name} calls through a register at {i.address:#010x}")
             if called is not None:
                 arguments = {r: state[r] for r in _ARGUMENTS if r in state and state[r][0] == ""}
-                total += self._flow.worst(called, arguments, self._above).instructions
-        return total, own
+                total += self._flow.worst(called, arguments, self._above)
+        return total
 
-    def _longest(self, nodes: Set[int], entry: int) -> tuple[int, int]:
+    def _longest(self, nodes: Set[int], entry: int) -> int:
         """Return the longest path from an entry within given blocks that does not return to the entry."""
         arrows = {n: [m for m in self._next[n] if m in nodes and m != entry] for n in nodes}
-        length: dict[int, tuple[int, int]] = {}
+        length: dict[int, int] = {}
         for component in _components(arrows, entry):  # each after its successors
-            below = [length[m] for n in component for m in arrows[n] if m not in component]
-            rest = max(below, default=(0, 0))
-            cost = (
-                self._turns(component, nodes) if self._loops(component, arrows) else self._cost(next(iter(component)))
-            )
-            for n in component:
-                length[n] = (cost[0] + rest[0], cost[1] + rest[1])
+            rest = max((length[m] for n in component for m in arrows[n] if m not in component), default=0)
+            loop = self._loops(component, arrows)
+            cost = self._turns(component, nodes) if loop else self._cost(next(iter(component)))
+            length |= dict.fromkeys(component, cost + rest)
         return length[entry]
 
     def loops(self) -> int:
@@ -239,15 +227,13 @@ class _Function:
     def _loops(component: Set[int], arrows: Mapping[int, list[int]]) -> bool:
         return len(component) > 1 or any(n in arrows[n] for n in component)
 
-    def _turns(self, loop: Set[int], nodes: Set[int]) -> tuple[int, int]:
+    def _turns(self, loop: Set[int], nodes: Set[int]) -> int:
         """Return the length of a loop: its longest iteration times their number."""
         entries = {m for n in nodes - loop for m in self._next[n] if m in loop}
         if len(entries) != 1:
             raise self._unbounded(loop, "it has more than one entry")
         (header,) = entries
-        turns = self._count(loop, header)
-        total, own = self._longest(loop, header)
-        return turns * total, turns * own
+        return self._count(loop, header) * self._longest(loop, header)
 
     def _count(self, loop: Set[int], header: int) -> int:
         """Return the largest number of iterations of a loop."""
@@ -265,7 +251,7 @@ class _Function:
     def _counted(self, loop: Set[int], start: State, block: list[Instruction]) -> int | None:
         """Return the largest number of turns of a loop with one counter and a constant step; None for others."""
         last = block[-1]
-        zero = last.mnemonic.startswith("cb")
+        zero = last.name.startswith("cb")
         test = last if zero else next((i for i in reversed(block[:-1]) if _sets_flags(i)), None)
         if test is None:
             return None
@@ -302,16 +288,16 @@ def _common(one: State, other: State) -> State:
 
 def _components(arrows: Mapping[int, list[int]], entry: int) -> list[frozenset[int]]:
     """Return the strongly connected components reachable from an entry, successors first."""
-    reach = {node: _reachable(arrows, node) for node in _reachable(arrows, entry)}
+    reach = {node: _reachable(arrows.__getitem__, node) for node in _reachable(arrows.__getitem__, entry)}
     components = {frozenset(other for other in nodes if node in reach[other]) for node, nodes in reach.items()}
     return sorted(components, key=lambda component: len(reach[min(component)]))  # a successor reaches fewer nodes
 
 
-def _reachable(arrows: Mapping[int, list[int]], entry: int) -> set[int]:
+def _reachable(arrows: Callable[[Node], Iterable[Node]], entry: Node) -> set[Node]:
     """Return the nodes that are reachable from an entry, with the entry."""
     reached, work = {entry}, [entry]
     while work:
-        fresh = set(arrows[work.pop()]) - reached
+        fresh = set(arrows(work.pop())) - reached
         reached |= fresh
         work += fresh
     return reached
@@ -323,19 +309,18 @@ _REGISTER_REGISTER = re.compile(r"(\w+), (?:(\w+), )?(\w+)(?:, lsl #(\d+))?$")
 
 def _value(i: Instruction, state: State) -> tuple[str, Value] | None:
     """Return the register that an instruction sets to a known value, with the value."""
-    name = i.mnemonic.split(".")[0]
     if match := _REGISTER_NUMBER.match(i.operands):
         to, source, number = match[1], match[2] or match[1], int(match[3], 0)
-        if name in ("mov", "movs", "movw") and match[2] is None:
+        if i.name in ("mov", "movs", "movw") and match[2] is None:
             return to, ("", number)
-        if name in ("add", "adds", "addw", "sub", "subs", "subw") and source in state:
+        if i.name in ("add", "adds", "addw", "sub", "subs", "subw") and source in state:
             base, offset = state[source]
-            return to, (base, offset + (number if name.startswith("add") else -number))
+            return to, (base, offset + (number if i.name.startswith("add") else -number))
     elif match := _REGISTER_REGISTER.match(i.operands):
         shift = int(match[4] or 0)
-        if name in ("mov", "movs") and match[2] is None and match[3] in state and not shift:
+        if i.name in ("mov", "movs") and match[2] is None and match[3] in state and not shift:
             return match[1], state[match[3]]
-        if name in ("add", "adds"):
+        if i.name in ("add", "adds"):
             one, other = state.get(match[2] or match[1]), state.get(match[3])
             if shift and other:
                 other = (other[0], other[1] << shift) if other[0] == "" else None
@@ -345,18 +330,19 @@ def _value(i: Instruction, state: State) -> tuple[str, Value] | None:
 
 
 def _sets_flags(i: Instruction) -> bool:
-    return i.mnemonic.split(".")[0] in ("cmp", "subs", "adds") or "cpsr" in i.writes
+    return i.name in ("cmp", "subs", "adds") or "cpsr" in i.writes
 
 
 def _compared(test: Instruction, start: State) -> list[tuple[str, str | int]]:
-    """Return the operands of a comparison, in both orders if both are registers."""
-    name = test.mnemonic.split(".")[0]
-    if name == "cmp":
+    """Return the operands of a comparison that always runs, in both orders if both are registers."""
+    if test.condition:
+        return []
+    if test.name == "cmp":
         if match := _REGISTER_NUMBER.match(test.operands):
             return [(match[1], int(match[3], 0))]
         if (match := _REGISTER_REGISTER.match(test.operands)) and match[2] is match[4] is None:
             return [(match[1], match[3]), (match[3], match[1])]
-    if name == "subs" and (match := _REGISTER_NUMBER.match(test.operands)) and match[1] in start:
+    if test.name == "subs" and (match := _REGISTER_NUMBER.match(test.operands)) and match[1] in start:
         return [(match[1], 0)]
     return []
 
@@ -365,15 +351,16 @@ _WRITEBACK = re.compile(r"\[(\w+)\], #(-?0x[0-9a-f]+|-?\d+)$|\[(\w+), #(-?0x[0-9
 
 
 def _step(i: Instruction, register: str) -> int | None:
-    """Return the change of a register by an instruction."""
-    name = i.mnemonic.split(".")[0]
+    """Return the change of a register by an instruction that always runs."""
+    if i.condition:
+        return None
     if match := _WRITEBACK.search(i.operands):
         base, number = (match[1], match[2]) if match[1] else (match[3], match[4])
         loaded = i.operands.split(",")[0] == register
         return int(number, 0) if base == register and not loaded else None
     if (match := _REGISTER_NUMBER.match(i.operands)) and match[1] == register and match[2] in (None, register):
-        if name in ("add", "adds", "addw"):
+        if i.name in ("add", "adds", "addw"):
             return int(match[3], 0)
-        if name in ("sub", "subs", "subw"):
+        if i.name in ("sub", "subs", "subw"):
             return -int(match[3], 0)
     return None

@@ -128,28 +128,20 @@ def _check(path: Path) -> None:
             raise bad_value("elf", str(path), "an image with its symbols: do not strip it", "--elf")
 
 
-def _depth(elf: Elf, flow: Flow, name: str) -> int | None:
-    """Return the length of the longest chain of calls; None for recursion."""
-    below = flow.callees(name)
-    if _calls_itself(elf, flow, name) or any(name in flow.callees(called) for called in below):
-        return None
-    depths = [_depth(elf, flow, called) for called in below]
-    return None if None in depths else 1 + max((d for d in depths if d is not None), default=0)
-
-
-def _calls_itself(elf: Elf, flow: Flow, name: str) -> bool:
-    return any(i.call and i.target is not None and flow.owner(i.target) == name for i in instructions(elf, name))
+def _depth(flow: Flow, name: str) -> int:
+    """Return the length of the longest chain of calls of a function without recursion."""
+    return 1 + max((_depth(flow, called) for called in flow.called(name)), default=0)
 
 
 def _inspected(elf: Elf, flow: Flow, name: str, linked: LinkMap | None) -> Inspected:
     """Return the evidence about a function; bounds without proof are None, with a reason."""
     text = instructions(elf, name)
     calls = flow.callees(name)
-    itself = _calls_itself(elf, flow, name)
+    recursive = any(called in flow.callees(called) for called in (name, *calls))
     loops, bound, stack, reasons = None, None, None, []
     try:
         loops = flow.loops(name)
-        bound = flow.worst(name).instructions
+        bound = flow.worst(name)
     except UnboundedError as error:
         reasons.append(str(error))
     try:
@@ -158,7 +150,7 @@ def _inspected(elf: Elf, flow: Flow, name: str, linked: LinkMap | None) -> Inspe
         reasons.append(str(error))
     return Inspected(
         name, sum(size for _, size in elf.functions[name]), len(text), loops,
-        sum(i.call and i.target is None for i in text), tuple(sorted(calls)),
-        _depth(elf, flow, name), linked.origin(elf.functions[name][0][0]) if linked else None,
-        itself or any(name in flow.callees(c) for c in calls), bound, stack, tuple(reasons),
+        sum(i.call and i.target is None for i in text), tuple(sorted(calls - {name})),
+        None if recursive else _depth(flow, name), linked.origin(elf.functions[name][0][0]) if linked else None,
+        name in calls, bound, stack, tuple(reasons),
     )  # fmt: skip

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import functools
 import itertools
 import re
 from collections.abc import Sequence
@@ -50,6 +51,11 @@ class Elf:
     def doubles(self) -> list[str]:
         """Return the double-precision routines in the image."""
         return sorted(name for name in self.symbols if _DOUBLE.fullmatch(name))
+
+    @functools.cached_property
+    def starts(self) -> dict[int, str]:
+        """Functions by first address; of those with one address, the first."""
+        return {parts[0][0]: name for name, parts in reversed(self.functions.items())}
 
     def stored(self, address: int, size: int) -> bytes:
         """Return the bytes of flash that the image occupies."""

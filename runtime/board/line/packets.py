@@ -3,15 +3,9 @@
 
 from __future__ import annotations
 
-import ctypes
-
 import numpy as np
 from numpy.typing import NDArray
 
-from mehvar.base.names import identifier
-
-from ...model.functions import CBackend, Real
-from ...model.parameters import Resolved
 from ..image.build import Program
 from ..image.header import raw_numbers
 from .link import LinkError, Port
@@ -59,56 +53,3 @@ class BareLaw:
         while len(data) < self._answer and (more := self._port.read(timeout)):
             data += more
         return data
-
-
-class HostLaw:
-    """The law on this machine, with memory initialised as on the board.
-
-    Parameters
-    ----------
-    real : {"float", "double"}
-        Number type of the law.
-    """
-
-    def __init__(self, program: Program, resolved: Resolved, real: Real = "float") -> None:
-        backend = program.model.evaluator
-        assert isinstance(backend, CBackend)
-        name = identifier(program.law.name)
-        by_identifier = {identifier(f): f for f in program.model.manifest.functions}
-        self.set(resolved)
-        self._z: Doubles | None = None
-        self._law = _function(backend.address(by_identifier[name], real), 8 if program.law.memory else 5)
-        start = by_identifier.get(f"{name}_start")
-        self._start = None if start is None else _function(backend.address(start, real), 5)
-        self._nu, self.real, self._memory = len(program.layout.outputs), real, bool(program.law.memory)
-
-    def __call__(self, x: Doubles, r: Doubles, v: Doubles, z: Doubles) -> tuple[Doubles, Doubles]:
-        """Return the law's input for the next sample."""
-        u = np.zeros(self._nu)
-        if not self._memory:
-            _call(self._law, x, r, self._p, self._c, u)
-            return u, z
-        if self._z is None:
-            self._z = np.zeros_like(z)
-            if self._start is not None:
-                _call(self._start, x, r, self._p, self._c, self._z)
-        following = np.zeros_like(z)
-        _call(self._law, x, r, v, self._z, self._p, self._c, u, following)
-        self._z = following
-        return u, following
-
-    def set(self, resolved: Resolved) -> None:
-        """Change the law's parameters from the next sample on."""
-        self._p, self._c = resolved.p, resolved.c
-
-    def begin(self, z: Doubles) -> None:
-        """Start from a given memory, as a board does when its host sets it."""
-        self._z = z.astype(np.float32).astype(np.float64) if self.real == "float" else z
-
-
-def _function(address: int, arguments: int) -> ctypes._CFunctionType:
-    return ctypes.CFUNCTYPE(None, *[ctypes.c_void_p] * arguments)(address)
-
-
-def _call(function: ctypes._CFunctionType, *arrays: Doubles) -> None:
-    function(*(np.ascontiguousarray(a).ctypes.data for a in arrays))

@@ -87,6 +87,11 @@ def test_lines_that_change_beside_those_whose_meaning_changes(edit: str, measure
     assert 0 < changed <= measure.GOAL * meaning
 
 
+def test_the_benchmark_edits_text_that_the_models_have(measure: ModuleType):
+    files = {edit: measure.ROOT / "models" / edit.model / edit.file for edit in measure.EDITS}
+    assert [edit for edit, file in files.items() if edit.old not in file.read_text(encoding="utf-8")] == []
+
+
 @pytest.mark.parametrize("edit", RENAMES)
 def test_a_rename_touches_only_the_name(edit: str, plain: Mapping[str, str]):
     old, new = (word.strip('"') for word in RENAMES[edit])

@@ -370,93 +370,6 @@ def manifest() -> Manifest:
     return replace(full, text=manifest_text(full))
 
 
-def _manifests(_: random.Random) -> Iterator[Row]:
-    plain = version("f: x*m")()
-    for label, differs, edit in MANIFEST_EDITS:
-        old, new = (functools.partial(replace, plain, manifest=of) for of in (manifest(), edit(manifest())))
-        yield label, differs, old, new
-
-
-def _metric(**new: object) -> Callable[[Manifest], Manifest]:
-    return lambda m: replace(m, metrics={**m.metrics, "T_angle": replace(m.metrics["T_angle"], **new)})
-
-
-def _law(**new: object) -> Callable[[Manifest], Manifest]:
-    return lambda m: replace(m, controllers={"pd": replace(m.controllers["pd"], **new)})
-
-
-def _scenario(**new: object) -> Callable[[Manifest], Manifest]:
-    return lambda m: replace(m, scenarios={**m.scenarios, "swing": replace(m.scenarios["swing"], **new)})
-
-
-def _parameter(**new: object) -> Callable[[Manifest], Manifest]:
-    return lambda m: replace(m, parameters=(replace(m.parameters[0], **new), *m.parameters[1:]))
-
-
-def _whole(**new: object) -> Callable[[Manifest], Manifest]:
-    return lambda m: replace(m, **new)
-
-
-def _first(field: str, **new: object) -> Callable[[Manifest], Manifest]:
-    return lambda m: replace(m, **{field: (replace(getattr(m, field)[0], **new), *getattr(m, field)[1:])})
-
-
-MANIFEST_EDITS: tuple[tuple[str, bool, Callable[[Manifest], Manifest]], ...] = (
-    ("metric kind", True, _metric(kind="final")),
-    ("metric band", True, _metric(band=0.02)),
-    ("metric signal", True, _metric(of=("energy",))),
-    ("metric since", True, _metric(since=1.0)),
-    ("metric until", True, _metric(until=1.0)),
-    ("metric unit", True, _metric(unit="min")),
-    ("metric description", False, _metric(description="how long it takes")),
-    ("metric removed", True, lambda m: replace(m, metrics={"peak": m.metrics["peak"]})),
-    ("metric added", True, lambda m: replace(m, metrics={**m.metrics, "low": replace(m.metrics["peak"], name="low")})),
-    ("law period", True, _law(period="l")),
-    ("law period lost", True, _law(period=None)),
-    ("law delay", True, _law(delay=None)),
-    ("law tolerates loss", True, _law(tolerates_loss=True)),
-    ("law title", False, _law(title="another title")),
-    ("law memory", True, _law(memory=())),
-    ("law memory unit", True, _law(memory=(Quantity("last", "1", "last angle"),))),
-    ("law constraint", True, _law(constraints=("k_p >= 0",))),
-    ("law warning", True, _law(warnings=())),
-    ("law warning shows", True, _law(warnings=(Advice("soft", 2),))),
-    ("law output at_most", True, _law(outputs=(Output("margin", "N m", "what is left", 6.0),))),
-    ("law output unit", True, _law(outputs=(Output("margin", "kN m", "what is left", 5.0),))),
-    ("law output lost", True, _law(outputs=())),
-    ("law removed", True, _whole(controllers={})),
-    ("scenario duration", True, _scenario(duration=3.0)),
-    ("scenario step", True, _scenario(step=0.02)),
-    ("scenario value", True, _scenario(values={"angle_0": 0.5})),
-    ("scenario law value", True, _scenario(controllers={"pd": {"k_p": 1.0}})),
-    ("scenario expect", True, _scenario(expect={"pd": {"peak": 21.0, "T_angle": 1.0}})),
-    ("scenario expect lost", True, _scenario(expect={"pd": {"T_angle": 1.0}})),
-    ("scenario title", False, _scenario(title="another title")),
-    ("parameter default", True, _parameter(default=1.5)),
-    ("parameter formula", True, _parameter(default=None, formula="2*l")),
-    ("parameter lower", True, _parameter(lower=0.5)),
-    ("parameter upper open", True, _parameter(upper=5.0, upper_open=False)),
-    ("parameter unit", True, _parameter(unit="g")),
-    ("parameter description", False, _parameter(description="mass of the bob")),
-    ("state unit", True, _first("states", unit="deg")),
-    ("input unit", True, _first("inputs", unit="kN m")),
-    ("reference unit", True, _first("references", unit="deg")),
-    ("output unit", True, _first("outputs", unit="mJ")),
-    ("noise unit", True, _first("noise", unit="rad")),
-    ("choice values", True, _whole(choices={"plant": Choice("plant", ("linear", "full"), "what moves")})),
-    ("choice lost", True, _whole(choices={})),
-    ("choice description", False, _whole(choices={"plant": Choice("plant", ("full", "linear"), "which plant")})),
-    ("limit in words", True, lambda m: replace(m, limits=("the rate {rate} rad/s", *m.limits[1:]))),
-    ("constraint in words", True, _whole(constraints=("angle_0 must be within a turn",))),
-    ("reference constant", True, _whole(reference_constant=True)),
-    ("coordinate unit", True, _first("coordinates", unit="1")),
-    ("title", False, _whole(title="a pendulum")),
-    ("publication", False, _whole(source="another test")),
-    ("versions", False, _whole(versions={"hand": "2"})),
-    ("file hashes", False, _whole(files_sha256={"pendulum.c": "0" * 64})),
-)  # fmt: skip
-"""Edits of a manifest, and True for each edit that changes more than descriptions."""
-
 GROUPS: dict[str, Callable[[random.Random], Iterator[Row]]] = {
     "angles": _angles,
     "roots": _roots,
@@ -472,5 +385,4 @@ GROUPS: dict[str, Callable[[random.Random], Iterator[Row]]] = {
     **windows.GROUPS,
     **mixed.GROUPS,
     **places.GROUPS,
-    "manifest": _manifests,
 }  # fmt: skip

@@ -187,20 +187,6 @@ def test_when_a_scenario_ends_and_what_it_samples_are_compared(what):
     assert [(p.role, p.name) for p in comparison.parameters] == [("scenario swing", what)]
 
 
-def _edits(manifest):
-    """Yield manifests in which one thing that decides a run, or how it is judged, is another."""
-    metric, scenario, law = (
-        next(iter(group.values())) for group in (manifest.metrics, manifest.scenarios, manifest.controllers)
-    )
-    for field, value in {"kind": "final", "of": ("rate",), "band": 0.5, "since": 1.0, "until": 2.0}.items():
-        yield dataclasses.replace(manifest, metrics={metric.name: dataclasses.replace(metric, **{field: value})})
-    expected = dataclasses.replace(scenario, expect={law.name: {metric.name: 123.0}})
-    yield dataclasses.replace(manifest, scenarios=dict(manifest.scenarios) | {scenario.name: expected})
-    for field, value in {"period": "T", "delay": "k_p", "tolerates_loss": True}.items():
-        edited = dataclasses.replace(law, **{field: value})
-        yield dataclasses.replace(manifest, controllers=dict(manifest.controllers) | {law.name: edited})
-
-
 @pytest.mark.parametrize(("field", "name"), [("expect", "p-sum.n expected"), ("controllers", "p-sum.n")])
 def test_a_number_of_a_scenario_is_named_by_its_law_and_said_to_be_expected_where_it_is(field, name):
     manifest, plain = read_manifest(PENDULUM), document("f: m*x")
@@ -212,18 +198,12 @@ def test_a_number_of_a_scenario_is_named_by_its_law_and_said_to_be_expected_wher
     ]
 
 
-def test_what_decides_a_run_or_judges_it_is_compared():
+def test_what_an_older_manifest_does_not_say_has_not_changed():
     manifest, plain = read_manifest(PENDULUM), document("f: m*x")
-    old = dataclasses.replace(
-        plain, manifest=dataclasses.replace(manifest, metrics=dict(list(manifest.metrics.items())[:1]))
-    )
-    for edited in _edits(old.manifest):
-        assert compare(old, dataclasses.replace(plain, manifest=edited)).differs
-    before = dataclasses.replace(old.manifest, text=re.sub("tolerates_loss|delay", "not_yet", old.manifest.text))
+    before = dataclasses.replace(manifest, text=re.sub("tolerates_loss|delay", "not_yet", manifest.text))
     law = dataclasses.replace(manifest.controllers["p-sum"], delay="k_p")
-    after = dataclasses.replace(old.manifest, controllers=dict(manifest.controllers) | {"p-sum": law})
-    pair = (dataclasses.replace(plain, manifest=each) for each in (before, after))
-    assert not compare(*pair).differs  # what an older manifest does not say has not changed
+    after = dataclasses.replace(manifest, controllers=dict(manifest.controllers) | {"p-sum": law})
+    assert not compare(*(dataclasses.replace(plain, manifest=each) for each in (before, after))).differs
 
 
 @pytest.mark.parametrize(
@@ -344,7 +324,7 @@ def test_places_lead_to_the_edited_part():
 def test_it_is_plain_data():
     comparison = compare(document("s = x + y\nf: s*z"), document("s = x - y\nf: s*z"))
     plain = json.loads(json.dumps(comparison.to_json()))
-    assert plain["differs"] is True
+    assert plain["counts"]["changed"] == 1
     assert plain["equations"][0]["edits"][0]["kind"] == "sign"
 
 

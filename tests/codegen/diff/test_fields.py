@@ -3,11 +3,13 @@
 
 import math
 from dataclasses import fields, is_dataclass, replace
+from pathlib import Path
 from typing import get_args
 
 import pytest
 
 from mehvar.base.manifest import (
+    Advice,
     Choice,
     Controller,
     Event,
@@ -25,11 +27,12 @@ from mehvar.models import system
 from tests.codegen.diff.documents import document
 from tests.codegen.diff.pairs import manifest
 
-KINDS = (Manifest, Quantity, Parameter, Output, Choice, Controller, Scenario, Metric, Shape, Event)
+KINDS = (Manifest, Quantity, Parameter, Output, Advice, Choice, Controller, Scenario, Metric, Shape, Event)
 PLACES = {
     Quantity: lambda m, q: replace(m, states=(q(m.states[0]), *m.states[1:])),
     Parameter: lambda m, q: replace(m, parameters=(q(m.parameters[0]), *m.parameters[1:])),
     Output: lambda m, q: _law(m, outputs=tuple(map(q, m.controllers["pd"].outputs))),
+    Advice: lambda m, q: _law(m, warnings=tuple(map(q, m.controllers["pd"].warnings))),
     Choice: lambda m, q: replace(m, choices={name: q(row) for name, row in m.choices.items()}),
     Controller: lambda m, q: replace(m, controllers={name: q(row) for name, row in m.controllers.items()}),
     Scenario: lambda m, q: replace(m, scenarios={name: q(row) for name, row in m.scenarios.items()}),
@@ -100,6 +103,8 @@ def another(value):
             return value[1:]
         case tuple():
             return (*value, "another")
+        case Path():
+            return value / "another"
     return dict(list(value.items())[1:])
 
 
@@ -108,19 +113,31 @@ def another(value):
     [(kind, f.name) for kind in KINDS for f in fields(kind)],
     ids=lambda entry: getattr(entry, "__name__", entry),
 )
-def test_an_edit_of_a_field_of_the_manifest_is_seen(kind, name):
-    exempt = any(f"{base.__name__}.{name}" in EXEMPT for base in kind.__mro__)
-    if name == "name" or exempt:
+def test_an_edit_of_a_field_of_the_manifest_is_seen_unless_it_is_exempt(kind, name):
+    """In both directions, so that what is lost one way is new the other way."""
+    if name == "name":
         return
     random = {name: (Quantity("n", "1", "noise"),) for name in ("measured", "wiener", "random_step")}
-    more = random | {"geometry": (Shape("rod", "rod", 2, "blue"),), "events": (EVENT,), "delays": {"M": "k"}}
+    hashes = {name: {"file": "0"} for name in ("inputs_sha256", "files_sha256", "shapes_sha256")}
+    more = (
+        random
+        | hashes
+        | {
+            "parts": {"hub": {"": "Hub"}},
+            "geometry": (Shape("rod", "rod", 2, "blue"),),
+            "events": (EVENT,),
+            "delays": {"M": "k"},
+        }
+    )
     plain, old = document("f: x*m"), replace(manifest(), **more)
     new = PLACES[kind](old, lambda row: replace(row, **{name: another(getattr(row, name))}))
-    pair = (replace(plain, manifest=side) for side in (old, new))
     assert new != old
-    changes = compare(*pair).parameters
-    assert changes, f"{kind.__name__}.{name}"
-    assert "Quantity(" not in str([(change.old, change.new) for change in changes])
+    sides = [replace(plain, manifest=side) for side in (old, new)]
+    for comparison in (compare(*sides), compare(*reversed(sides))):
+        exempt = any(f"{base.__name__}.{name}" in EXEMPT for base in kind.__mro__)
+        assert comparison.differs is not exempt, f"{kind.__name__}.{name}"
+        assert bool(comparison.parameters) is not exempt
+        assert "Quantity(" not in str([(change.old, change.new) for change in comparison.parameters])
 
 
 @pytest.mark.parametrize(("kind", "order"), [({"resets": True}, "b, a"), ({"ends": True}, "b, a"), ({}, "")])
@@ -140,12 +157,13 @@ ELEMENTS = {
 
 
 @pytest.mark.parametrize("vector", VECTORS)
-def test_the_order_of_a_vector_is_seen(vector):
+def test_the_order_and_the_units_of_a_vector_are_seen(vector):
     """Its elements have places, in C and in arrays."""
     a, b = (replace(ELEMENTS[VECTORS[vector]], name=name) for name in ("first", "second"))
-    pair = (replace(document("f: x*m"), manifest=replace(manifest(), **{vector: rows})) for rows in ((a, b), (b, a)))
-    changes = [(change.name, change.what, change.new) for change in compare(*pair).parameters]
-    ((name, what, value),) = changes
+    orders = (a, b), (b, a), (a, replace(b, unit="another"))
+    old, turned, other = (replace(document("f: x*m"), manifest=replace(manifest(), **{vector: o})) for o in orders)
+    assert compare(old, other).parameters
+    ((name, what, value),) = [(change.name, change.what, change.new) for change in compare(old, turned).parameters]
     assert name == vector
     assert what == "value" or value == "second, first"  # some vectors are compared as a whole
 

@@ -20,6 +20,8 @@ from tests import commands
 
 ROOT = Path(__file__).parents[3]
 CART = Path(__file__).parents[1] / "cart"
+SIGN = ("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+"""An edit that turns the sign of the damper."""
 
 
 class Project:

@@ -17,8 +17,9 @@ from mehvar.package.files import package
 from mehvar.package.law import law_facts, law_name
 from mehvar.parts import AttitudeFilter, Gyro, Hub, Spacecraft, StarTracker, Wheel
 from mehvar.runtime.board.image.build import Program, delay_of, program
-from mehvar.runtime.board.line.packets import HostLaw
+from mehvar.runtime.board.tuning import HostLaw
 from mehvar.runtime.compiling.compiler import write_sources
+from mehvar.runtime.run.problem import start_memory
 from tests.mehvar.cli.test_app import refused
 from tests.tools import needs
 
@@ -69,12 +70,14 @@ def closed_loop(subject: Program) -> Iterator[tuple[np.ndarray, np.ndarray, np.n
         model, law.name, law=host, t_end=(SAMPLES - 1) * period, dt_out=period, hold=period, delay=delay_of(law)
     )
     host = HostLaw(subject, resolved)
+    z = start_memory(model, law, resolved, run.x[0], "float")
     measured, reference = (vector.places for vector in law_facts(subject, {})["vectors"][:2])
     for k in range(SAMPLES):
         r = model.functions["reference"](run.t[k], run.parameters.p, run.parameters.s)
         applied = run.u[k - 1] if k else np.zeros(run.u.shape[1])
-        u, memory = host(*(v.astype("f4").astype("f8") for v in (run.x[k], r, applied)), np.zeros(len(law.memory)))
-        yield run.x[k][list(measured)], r[list(reference)], applied, np.concatenate([u, memory])
+        seen = run.x[k][: len(model.manifest.seen)]
+        u, z = host(*(v.astype("f4").astype("f8") for v in (seen, r, applied)), z)
+        yield run.x[k][list(measured)], r[list(reference)], applied, np.concatenate([u, z])
 
 
 def table(name: str, rows: list[np.ndarray]) -> str:

@@ -12,7 +12,8 @@ from typing import Any
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.store.attributes import batch_hash
-from mehvar.runtime.batch.store.records import END, STORE, block_record, digest, file_digest
+from mehvar.runtime.batch.store.records import END, STORE, DamageError, block_record, digest, file_digest
+from mehvar.runtime.batch.store.verification import verify
 
 PENDULUM = Path(__file__).parents[1] / "pendulum"
 CAMPAIGN = Campaign("pd", n=40, vary={"g": "uniform(-2, 9)"}, options={"t_end": 0.1}, save_every=0.05)
@@ -38,6 +39,14 @@ def seal(store: Path, **about: Any) -> None:
         content = json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False) + "\n"
         facts["sha256"] = digest(content.encode())
         (store / name).write_text(json.dumps(facts, indent=1, sort_keys=True, ensure_ascii=False) + "\n")
+
+
+def is_complete(store: Path) -> bool:
+    """Return the verdict on a store; one whose own record is not intact is refused."""
+    try:
+        return verify(store).complete
+    except DamageError:
+        return False
 
 
 def remove(path: Path) -> None:

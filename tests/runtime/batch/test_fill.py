@@ -19,7 +19,7 @@ from mehvar.base.errors import InputError
 from mehvar.base.manifest import with_digest
 from mehvar.runtime.batch import fill
 from mehvar.runtime.batch.blocks import IMPOSSIBLE, Blocks
-from mehvar.runtime.batch.evaluation.statistics import Success
+from mehvar.runtime.batch.evaluation.statistics import fulfilment, success_condition
 from mehvar.runtime.batch.fill import REFUSALS, ImpossibleRunError, OutOfMemoryError, run_batch
 from mehvar.runtime.batch.plan import Campaign, Plan
 from mehvar.runtime.batch.repeat import difference, is_model_of, plan_of, repeat_run
@@ -366,14 +366,16 @@ def test_a_stop_rule_that_cannot_be_kept_is_refused(
 
 
 def test_success_is_the_end_and_a_condition(whole: Store) -> None:
-    done = Success(None)(whole, whole.stored())
+    done, some = (
+        fulfilment(whole, success_condition(text), whole.stored())
+        for text in (None, "T_theta < 0.1 or max_rho < 0.3 and final(theta) > 0")
+    )
     assert done.all()
-    some = Success("T_theta < 0.1 or max_rho < 0.3 and final(theta) > 0")(whole, whole.stored())
     wanted = (whole.read("T_theta") < 0.1) | (whole.read("max_rho") < 0.3) & (whole.read("final")[:, 3] > 0)
     assert np.array_equal(some, wanted)
     assert 0 < some.sum() < whole.n
     with pytest.raises(InputError, match=r"unknown number 'max_roh' of a run.*did you mean max_rho"):
-        Success("max_roh < 1")(whole, whole.stored())
+        fulfilment(whole, success_condition("max_roh < 1"), whole.stored())
 
 
 def test_series_are_those_of_single_runs(triangle: runtime.Model, whole: Store) -> None:

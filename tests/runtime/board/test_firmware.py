@@ -14,10 +14,11 @@ import numpy as np
 import pytest
 
 from mehvar.runtime.board.emulator.machine import EmulatedBoard
-from mehvar.runtime.board.emulator.profile import _cost, disassemble
+from mehvar.runtime.board.emulator.profile import _cost
 from mehvar.runtime.board.image.build import FIRMWARE, build, compile_commands, program, sources
 from mehvar.runtime.board.image.elf import Elf, read_elf
 from mehvar.runtime.board.image.header import layout
+from mehvar.runtime.board.image.instructions import decoded
 from mehvar.runtime.board.image.toolchains import board, host_toolchain, toolchain
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.compiling.compiler import write_sources
@@ -176,8 +177,8 @@ def test_a_step_and_an_image_stay_within_their_budget(compiler):
 )  # fmt: skip
 def test_cycles_of_an_instruction_are_those_of_the_manual(code, cycles):
     """Cortex-M4 Technical Reference Manual; a division takes 2 to 12, of which the middle counts."""
-    ((_, name, operands),) = disassemble(bytes.fromhex(code), 0)
-    assert _cost(name, operands) == cycles
+    (instruction,) = decoded(bytes.fromhex(code), 0)
+    assert _cost(instruction) == cycles
 
 
 @pytest.mark.parametrize("compiler", COMPILERS)

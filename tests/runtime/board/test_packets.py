@@ -11,7 +11,8 @@ import pytest
 from mehvar.runtime import simulate
 from mehvar.runtime.board.image.build import program
 from mehvar.runtime.board.line.link import LinkError
-from mehvar.runtime.board.line.packets import BareLaw, HostLaw
+from mehvar.runtime.board.line.packets import BareLaw
+from mehvar.runtime.board.tuning import HostLaw
 from tests.runtime.board.conftest import load
 
 ANSWER = np.array([1.0, -2.0, 0.5], "<f4").tobytes()

@@ -43,10 +43,10 @@ def read(text: str):
 
 def test_a_quantile_is_a_share_of_the_runs_below_or_above_a_limit() -> None:
     below, above = read("quantile(0.9, abs(peak)) < 45 deg"), read("quantile(0.1, final(x)) >= 2 km")
-    assert (below.share, below.condition, below.largest) == (0.9, f"abs(peak) < {math.pi / 4!r}", True)
-    assert (above.share, above.condition, above.largest) == (0.9, "final(x) >= 2000.0", False)
+    assert (below.share, below.condition.text, below.largest) == (0.9, f"abs(peak) < {math.pi / 4!r}", True)
+    assert (above.share, above.condition.text, above.largest) == (0.9, "final(x) >= 2000.0", False)
     either = read("probability(peak < 1 and a < 2) > 0.99")
-    assert (either.condition, either.units) == ("peak < 1 and a < 2", "a in s, peak in rad")
+    assert (either.condition.text, either.units) == ("peak < 1 and a < 2", "a in s, peak in rad")
     assert (below.units, read("quantile(0.9, abs(peak)) < 0.8").units) == ("", "peak in rad")
 
 
