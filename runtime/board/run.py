@@ -150,6 +150,11 @@ class BoardRun:
         """Largest difference of any input or memory number, in units in the last place."""
         return max(self.u.ulp, self.z.ulp)
 
+    @property
+    def same(self) -> bool:
+        """True if inputs, memory and states have the same bits on board and host."""
+        return self.max_ulp == 0 and self.x.ulp == 0
+
 
 def build_image(model: Model, request: BoardRequest, resolved: Resolved | None = None) -> Image:
     """Compile the firmware for a run.
