@@ -175,11 +175,12 @@ class Latex(Spelling):
 
 
 class Page(Latex):
-    """LaTeX for `mathml`, with marks, and with spaces that TeX adds by itself."""
+    """LaTeX for `mathml`, with marks, one bar a fraction, and with spaces that TeX adds by itself."""
 
     plus = r" \class{infix}{+} "
     minus = r" \class{infix}{-} "
     space = r" \, "
+    coefficient = ""
 
     def letters(self, part: str) -> str:
         """Return the part without marks and braces, so that sorting ignores marks."""

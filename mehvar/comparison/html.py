@@ -6,6 +6,7 @@ from __future__ import annotations
 from base64 import b64encode
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from itertools import groupby
 from typing import Any
 
@@ -94,12 +95,17 @@ class _Sheet:
             [place for edit in equation.edits if (part := getattr(edit, side)) for place in part.places if place]
             for side in ("old", "new")
         ]
+        texts = [self._texts(k, root) for k, root in enumerate(roots)]
+        lacking = [_lacking(texts[k], texts[1 - k]) for k in (0, 1)]
+        edited = [[place for place in places[k] if any(map(partial(_within, place), lacking[k]))] for k in (0, 1)]
+        if len(edited[1]) > max(len(edited[0]), 1):
+            edited[1] = []  # an expression that takes the place of another may occur elsewhere too
         sides: list[_Side | None] = []
         for k, root in enumerate(roots):
             if root is None:
                 sides.append(None)
                 continue
-            marks = frozenset(_marks(self._texts(k, root), self._texts(1 - k, roots[1 - k]), places[k]))
+            marks = frozenset(_marks(lacking[k], edited[k]))
             latex = self._latex[k]
             spelled = equation.latex if equation.kind == "equation" else latex.get(names[k], equation.latex)
             left = mathml(f"{LATEX.name(names[k], spelled)} =")
@@ -115,11 +121,20 @@ class _Sheet:
         return {path: self._printers[side].text(node) for path, node in nodes.items()}
 
 
-def _marks(own: Mapping[Path, str], other: Mapping[Path, str], edited: Sequence[Path]) -> Iterator[Path]:
-    """Yield the paths to mark: the edited parts of terms that the other side lacks; without such parts, the term."""
-    for path, text in own.items():
-        if other and text not in other.values():
-            yield from [place for place in edited if place[: len(path)] == path] or [path]
+def _lacking(own: Mapping[Path, str], other: Mapping[Path, str]) -> list[Path]:
+    """Return the paths of the terms that the other side lacks."""
+    return [path for path, text in own.items() if other and text not in other.values()]
+
+
+def _within(place: Path, path: Path) -> bool:
+    """Return True for a place in the part at a path."""
+    return place[: len(path)] == path
+
+
+def _marks(terms: Sequence[Path], edited: Sequence[Path]) -> Iterator[Path]:
+    """Yield the paths to mark: the edited parts of each term; without such parts, the term."""
+    for path in terms:
+        yield from [place for place in edited if _within(place, path)] or [path]
 
 
 def _terms(nodes: Nodes, root: int, latex: Mapping[str, str], marks: Marks) -> list[tuple[str, bool]]:
