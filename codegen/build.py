@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import hashlib
 import runpy
-import sys
 from collections.abc import Callable, Mapping
 from dataclasses import fields, is_dataclass
 from pathlib import Path
@@ -62,14 +61,13 @@ def built_folder(system: System | Assembly | Callable[[], System]) -> Path:
     from .equations.graph import equations_json
 
     text = equations_json(ready) + repr([_declaration(getattr(ready, name)) for name in _declared(ready)])
-    versions = {**installed("sympy", "casadi", "mehvar"), "python": sys.version}
-    tool = installed_tree().sources("parts")
-    digest = cache.key(text, repr(sorted(versions.items())), repr(sorted(tool.items())))
+    versions = installed("sympy", "casadi", "mehvar", "python")
+    key = cache.key(text, versions, installed_tree().sources("parts"))
 
     def fill(folder: Path) -> None:
         write(folder, generated_files(ready, {"system": hashlib.sha256(text.encode()).hexdigest()}))
 
-    return cache.entry("built", f"{ready.name}-{digest}", fill)
+    return cache.entry("built", f"{ready.name}-{key}", fill)
 
 
 def file_folder(path: Path) -> Path:

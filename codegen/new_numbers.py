@@ -84,9 +84,9 @@ def renumber(manifest: Manifest, folder: Path) -> Manifest | None:
         return None
     for name, scenario in scenarios.items():
         where = f"scenario {name!r} of {manifest.model}"
-        check_values(scenario.values, _unambiguous(shared), where)
+        check_values(scenario.values, shared, where)
         for law, values in scenario.controllers.items():
-            check_values(values, _unambiguous(laws[law]), f"{where}, law {law!r}")
+            check_values(values, laws[law], f"{where}, law {law!r}")
     return replace(
         manifest,
         parameters=plant,
@@ -98,29 +98,22 @@ def renumber(manifest: Manifest, folder: Path) -> Manifest | None:
 
 
 def _numbered(
-    rows: tuple[numeric.Parameter, ...], table: Mapping[str, Parameter | None]
+    rows: tuple[numeric.Parameter, ...], table: Mapping[str, Parameter]
 ) -> tuple[numeric.Parameter, ...] | None:
     """Return parameters with defaults from a table; None if a default is missing or ambiguous."""
-    if any(table.get(row.name) is None for row in rows):
+    if any(row.name not in table for row in rows):
         return None
-    return tuple(row if row.formula is not None else replace(row, default=_number(table[row.name])) for row in rows)
+    defaults = {row.name: table[row.name].default for row in rows}
+    numbers = {name: default if isinstance(default, float) else None for name, default in defaults.items()}
+    return tuple(row if row.formula is not None else replace(row, default=numbers[row.name]) for row in rows)
 
 
-def _by_name(groups: Iterable[Group]) -> dict[str, Parameter | None]:
-    """Return the parameters of some groups by name; None for a name with two defaults or bounds."""
+def _by_name(groups: Iterable[Group]) -> dict[str, Parameter]:
+    """Return the parameters of some groups by name, without names that have two defaults or bounds."""
     from mehvar.models.quantities import Parameter
 
-    parameters: dict[str, Parameter | None] = {}
-    for q in (q for group in groups for q in group if isinstance(q, Parameter)):
-        other = parameters.setdefault(q.name, q)
-        if other is None or (other.default, other.bounds) != (q.default, q.bounds):
-            parameters[q.name] = None
-    return parameters
-
-
-def _unambiguous(parameters: Mapping[str, Parameter | None]) -> dict[str, Parameter]:
-    return {name: parameter for name, parameter in parameters.items() if parameter is not None}
-
-
-def _number(parameter: Parameter | None) -> float | None:
-    return parameter.default if parameter and isinstance(parameter.default, float) else None
+    parameters = [q for group in groups for q in group if isinstance(q, Parameter)]
+    values: dict[str, list[object]] = {}
+    for q in parameters:
+        values.setdefault(q.name, []).append((q.default, q.bounds))
+    return {q.name: q for q in parameters if all(value == values[q.name][0] for value in values[q.name])}

@@ -3,9 +3,7 @@
 
 from __future__ import annotations
 
-import json
 import pickle
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -31,15 +29,14 @@ def kept_plant(sources: Mapping[str, str], structure: Mapping[str, str], derive:
     derive : callable
         Derives the plant.
     """
-    versions = {**installed("sympy", "mehvar"), "python": sys.version}
-    name = cache.key(*(json.dumps(part, sort_keys=True) for part in (dict(sources), dict(structure), versions)))
+    name = cache.key(sources, structure, installed("sympy", "mehvar", "python"))
     entry = cache.find("plants", name)
     if entry is not None and (plant := _read(entry)) is not None:
         return plant
     plant = derive()
     text = _text(plant)
     if text is not None:
-        cache.entry("plants", name, lambda folder: _write(folder, text))
+        cache.entry("plants", name, lambda folder: (folder / _FILE).write_bytes(text))
     return plant
 
 
@@ -59,7 +56,3 @@ def _read(entry: Path) -> System | None:
         cache.discard(entry)
         return None
     return plant
-
-
-def _write(folder: Path, text: bytes) -> None:
-    (folder / _FILE).write_bytes(text)

@@ -5,9 +5,7 @@ from __future__ import annotations
 
 import contextlib
 import itertools
-import json
 import math
-import sys
 from collections.abc import Mapping
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
@@ -53,15 +51,14 @@ def structure_folder(
     tree: Tree, model: str, structure: Mapping[str, str], processes: ProcessPoolExecutor | None = None
 ) -> Path:
     """Return the generated folder of one structure, derived in a process if a pool is given."""
-    versions = {**installed("sympy", "casadi", "mehvar"), "python": sys.version}
-    parts = itertools.chain(sorted(structure.items()), tree.sources(model).items(), versions.items())
+    key = cache.key(structure, tree.sources(model), installed("sympy", "casadi", "mehvar", "python"))
 
     def fill(folder: Path) -> None:
         given = (tree, model, dict(structure))
         texts = processes.submit(derive, *given).result() if processes else derive(*given)
         write(folder, texts)
 
-    return cache.entry("structures", f"{model}-{cache.key(json.dumps(list(parts)))}", fill)
+    return cache.entry("structures", f"{model}-{key}", fill)
 
 
 def choices_of(tree: Tree, model: str) -> Mapping[str, tuple[str, ...]]:

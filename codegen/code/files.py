@@ -115,21 +115,6 @@ class PrintedFunction:
         return tags_of(self.arguments, self.families)
 
     @property
-    def python_arguments(self) -> str:
-        """Parameters of the Python function."""
-        return ", ".join(name for name, _ in self.arguments)
-
-    @property
-    def python_unpack(self) -> str:
-        """Names to which the Python function assigns its converted arguments."""
-        return self.python_arguments + ("," if len(self.arguments) == 1 else "")
-
-    @property
-    def python_results(self) -> str:
-        """Names of the results."""
-        return ", ".join(name for name, _ in self.results)
-
-    @property
     def python_lines(self) -> list[str]:
         """Body of the Python function with its return statement."""
         if self.change:

@@ -67,9 +67,9 @@ def _compare(old: Document, new: Document, names: Renaming) -> Comparison:
     structure = sorted({*old.structure, *new.structure})
     return Comparison(
         new.model,
-        verdicts.equations(),
+        verdicts.equations,
         parameter_changes(former, new, names),
-        groups(verdicts.versions, verdicts.equations(), verdicts.extension, verdicts.stories),
+        groups(verdicts.versions, verdicts.equations, verdicts.extension, verdicts.stories),
         tuple(
             (name, old.structure.get(name, "default"), new.structure.get(name, "default"))
             for name in structure
@@ -295,28 +295,25 @@ class _Verdicts:
 
     # The report
 
+    @functools.cached_property
     def equations(self) -> tuple[EquationChange, ...]:
-        """Return all rows of both sides in the new order."""
-        if not hasattr(self, "_equations"):
-            explainer = self.explainer
-            users = self._users()
-            mattering = self._mattering()
-            self._equations = tuple(
-                self._equation(item, explainer, users, mattering) for item in self.versions.news
-            ) + tuple(self._deletion(item, explainer, users) for item in self.versions.removed)
-        return self._equations
+        """All rows of both sides in the new order."""
+        return (*map(self._equation, self.versions.news), *map(self._deletion, self.versions.removed))
 
-    def _users(self) -> dict[Key, list[str]]:
-        users: dict[Key, list[str]] = {}
+    @functools.cached_property
+    def _users(self) -> dict[Key, dict[str, None]]:
+        """For each source, the names of the rows that inherit from it."""
+        users: dict[Key, dict[str, None]] = {}
         for item in self.versions.news:
             if self.verdict[item.key][0] in (EquationVerdict.INHERITED, EquationVerdict.UNDECIDED):
                 for source in self.sources.get(item.key, {}):
                     if source != item.key:
-                        users.setdefault(source, []).append(item.name)
+                        users.setdefault(source, {})[item.name] = None
         return users
 
+    @functools.cached_property
     def _mattering(self) -> set[Key]:
-        """Return changed equations and results of the physics, their definitions, and unused definitions."""
+        """Changed equations and results of the physics, their definitions, and unused definitions."""
         versions = self.versions
         used = {child.key for item in versions.news for child in versions.children(item)}
         mattering: set[Key] = set()
@@ -328,17 +325,13 @@ class _Verdicts:
                 mattering |= {child.key for child in versions.children(item) if self._differs(child)}
         return mattering
 
-    def _equation(
-        self, item: Item, explainer: Explainer, users: dict[Key, list[str]], mattering: set[Key]
-    ) -> EquationChange:
+    def _equation(self, item: Item) -> EquationChange:
         """Return the entry of a row of the new side, with its edits unless another row is the cause."""
         versions, row = self.versions, item.row
         partner = versions.partner.get(item.key)
         verdict, decision = self.verdict[item.key]
-        explained = (
-            verdict is EquationVerdict.CHANGED and item.key not in self._extended and item.key not in self._cause
-        )
-        explanation = explainer.explain(partner, item, decision.point) if partner and explained else None
+        explained = verdict is EquationVerdict.CHANGED and item.key not in {*self._extended, *self._cause}
+        explanation = self.explainer.explain(partner, item, decision.point) if partner and explained else None
         return EquationChange(
             name=row.name,
             old_name=partner.row.name if partner else "",
@@ -350,21 +343,25 @@ class _Verdicts:
             latex=row.latex,
             verdict=verdict,
             how=EXTENDED if item.key in self._extended else self._of_member(item) or decision.how,
-            matters=item.key in mattering or (verdict is EquationVerdict.ADDED and _is_physics(row)),
+            matters=item.key in self._mattering or (verdict is EquationVerdict.ADDED and _is_physics(row)),
             edits=explanation.edits if explanation else (),
             replayed=explanation.replayed if explanation else False,
             counterexample=explanation.counterexample if explanation else None,
             via=tuple(self.names[k] for k in self.sources.get(item.key, {}) if k != item.key),
-            users=tuple(dict.fromkeys(users.get(item.key, ()))),
+            users=tuple(self._users.get(item.key, ())),
             cause=self._cause.get(item.key, ""),
             old_node=partner.row.node if partner else None,
             new_node=row.node,
         )
 
-    def _deletion(self, item: Item, explainer: Explainer, users: dict[Key, list[str]]) -> EquationChange:
-        """Return the entry of a removed definition; "changed" if one edit of it explains all its users."""
-        removed = self._removed(item)
-        lost = self.lost.get(item.key)
+    def _deletion(self, item: Item) -> EquationChange:
+        """Return the entry of a removed row; of a definition "changed" if one edit of it explains all its users."""
+        row, lost = item.row, self.lost.get(item.key)
+        removed = EquationChange(
+            row.name, row.name, row.kind, row.section, row.number, row.title, row.unit, row.latex,
+            EquationVerdict.REMOVED, self._of_member(item) or "no such equation any more",
+            matters=_is_physics(row), old_node=row.node,
+        )  # fmt: skip
         if lost is None:
             return removed
         return replace(
@@ -372,23 +369,15 @@ class _Verdicts:
             verdict=EquationVerdict.CHANGED,
             how="written out in its users, which this edit reproduces",
             matters=True,
-            edits=(explainer.edit(lost.change, item.root),),
+            edits=(self.explainer.edit(lost.change, item.root),),
             replayed=True,
-            users=tuple(dict.fromkeys(users.get(item.key, ()))),
+            users=tuple(self._users.get(item.key, ())),
         )
 
     def _of_member(self, item: Item) -> str:
         """Return a note for a row that belongs to an added or removed part, such as a pendulum; else an empty text."""
         alone = item.key not in self.versions.partner and self.extension is not None
         return MEMBER if alone and self.extension and self.extension.holds(item.name) else ""
-
-    def _removed(self, item: Item) -> EquationChange:
-        row = item.row
-        return EquationChange(
-            row.name, row.name, row.kind, row.section, row.number, row.title, row.unit, row.latex,
-            EquationVerdict.REMOVED, self._of_member(item) or "no such equation any more",
-            matters=_is_physics(row), old_node=row.node,
-        )  # fmt: skip
 
 
 def _is_physics(row: Row) -> bool:

@@ -61,7 +61,7 @@ _ROLES = VECTORS | {
     "scenarios": "scenario", "metrics": "metric", "geometry": "shape", "events": "event", "delays": "delay",
 }  # fmt: skip
 """Reported names of manifest fields, equal to the roles of symbols."""
-_OWN = {"parameters": "law", "memory": "memory", "outputs": "law output"}
+_OWN = {"parameters": "law", "memory": "memory", "outputs": "law output", "events": "law event"}
 """Reported names of a law's own quantities, equal to the roles of symbols."""
 _WHAT = {"default": "value", "formula": "value"} | dict.fromkeys(
     ("lower", "upper", "lower_open", "upper_open"), "bounds"
@@ -267,11 +267,9 @@ def _record(record: object, role: str, name: str, skipped: Collection[str]) -> I
     for key, value in _fields(record, skipped):
         if isinstance(value, Mapping):
             yield from (((f"{role} {name}", n, "value"), text) for n, text in _numbers(key, value))
-        elif isinstance(value, tuple) and value and isinstance(value[0], Quantity | Parameter):
-            yield from _rows(value, f"{_OWN.get(key, role)} {name}", skipped)
-        elif isinstance(value, tuple) and value and isinstance(value[0], Event):
-            yield from _rows(value, f"law event {name}", skipped)
-        elif key not in _OWN:
+        elif key in _OWN:
+            yield from _rows(value, f"{_OWN[key]} {name}", skipped)
+        else:
             yield from _whole(f"{role} {name}", key, value)
 
 

@@ -11,7 +11,6 @@ from typing import Any
 from ..equal.verdicts import Counterexample
 from ..equations.document import Row
 
-SCHEMA = 1
 Path = tuple[int, ...]
 """Positions of operands along the path from an expression's root to one of its parts."""
 
@@ -35,6 +34,21 @@ class ModelStatus(StrEnum):
     ADDED = "added"
     REMOVED = "removed"
 
+    @property
+    def headline(self) -> str:
+        """Status as the first line of a report."""
+        return _HEADLINES.get(self, self.value.upper())
+
+
+_HEADLINES = {
+    ModelStatus.SAME: "physics the SAME",
+    ModelStatus.NAMES: "physics the SAME, names or order CHANGED",
+    ModelStatus.PARAMETERS: "equations the SAME, numbers or names CHANGED",
+    ModelStatus.PICTURE: "physics the SAME, picture CHANGED",
+    ModelStatus.UNDECIDED: "physics UNDECIDED",
+    ModelStatus.CHANGED: "physics CHANGED",
+}
+
 
 class EquationVerdict(StrEnum):
     """Verdict on an equation in two versions.
@@ -45,15 +59,15 @@ class EquationVerdict(StrEnum):
     `UNDECIDED`: neither equality nor a difference could be shown; never counts as the same.
     """
 
-    SAME = "same"
-    REARRANGED = "rearranged"
-    RENAMED = "renamed"
-    SCALED = "scaled"
     CHANGED = "changed"
-    INHERITED = "inherited"
     ADDED = "added"
     REMOVED = "removed"
     UNDECIDED = "undecided"
+    INHERITED = "inherited"
+    REARRANGED = "rearranged"
+    RENAMED = "renamed"
+    SCALED = "scaled"
+    SAME = "same"
 
 
 UNEQUAL = frozenset((EquationVerdict.CHANGED, EquationVerdict.INHERITED, EquationVerdict.UNDECIDED))
@@ -349,4 +363,4 @@ class Comparison:
         for equation in plain["equations"]:
             if point := equation["counterexample"]:  # schema 1 calls the sides old and new
                 equation["counterexample"] = {"at": point["at"], "old": point["left"], "new": point["right"]}
-        return {"schema": SCHEMA, "differs": self.differs, "counts": self.counts(), **plain}
+        return {"counts": self.counts(), **plain}

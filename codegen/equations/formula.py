@@ -153,7 +153,7 @@ class Printer:
             return (self.spelling.negative + term.text if term.negative else term.text), self._binding(node, term)
         if operation in self.spelling.relations:
             sides = [self._bound(o, (*path, k), _PRODUCT) for k, o in enumerate(operands)]
-            return self.spelling.relation(operation).join(sides), _SUM
+            return f" {self.spelling.relations[operation]} ".join(sides), _SUM
         if operation == "piecewise":
             return self._piecewise(operands, path), _ATOM
         return self._call(operation, operands, path), _ATOM

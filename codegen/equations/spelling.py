@@ -48,10 +48,6 @@ class Spelling:
         "unequality": "!=", "and": "and", "or": "or",
     }  # fmt: skip
 
-    def relation(self, operation: str) -> str:
-        """Return a relation sign with its spaces."""
-        return f" {self.relations[operation]} "
-
     def name(self, name: str, latex: str) -> str:  # noqa: ARG002
         """Return a symbol: its name, or its LaTeX name in other notations."""
         return name

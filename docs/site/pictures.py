@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 import mehvar
 from mehvar.codegen.workspace import installed_tree
 from mehvar.reproduction.ledgers import paper_ledgers
-from mehvar.reproduction.recorded import recorded_scene
 from papers.triangle.shapes import COLLINEAR, R, vertices
 
 FOLDER = Path(__file__).parents[1] / "pictures"
@@ -33,17 +32,15 @@ Frames = NDArray[np.float64]
 def turn() -> str:
     """Draw the run of the README: masses and rods that move, and the attitude over time."""
     run = mehvar.simulate("triangle", controller="path", scenario="paper")
-    animated = recorded_scene(run, mehvar.load("triangle").manifest)
-    assert animated is not None
-    (series,) = animated[1].runs.values()
     t = np.linspace(0.0, UNTIL, FRAMES)
-    at = {name: np.interp(t, series["t"], values) for name, values in series.items()}
-    x = [CENTRE[0] + SCALE * at[f"x{k}"] for k in (1, 2, 3)]
-    y = [CENTRE[1] - SCALE * at[f"y{k}"] for k in (1, 2, 3)]
+    at = run.interp(t=t)
+    rods = np.column_stack([at[f"l{k}"] for k in (1, 2, 3)])
+    places = np.array([vertices(lengths, theta) for lengths, theta in zip(rods, at["theta"].values, strict=True)])
+    x, y = list(CENTRE[0] + SCALE * places.real.T), list(CENTRE[1] - SCALE * places.imag.T)
     rods = [_rod(k, x, y) for k in range(3)]
     masses = [f'<circle r="9">{_moved("cx", x[k])}{_moved("cy", y[k])}</circle>' for k in range(3)]
     title = "A triangle of three masses turns by changing the lengths of its rods"
-    return _svg((690, 290), title, [*rods, '<g class="mass">', *masses, "</g>", *_graph(t, at["theta"])])
+    return _svg((690, 290), title, [*rods, '<g class="mass">', *masses, "</g>", *_graph(t, at["theta"].values)])
 
 
 def _rod(k: int, x: list[Frames], y: list[Frames]) -> str:

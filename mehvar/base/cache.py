@@ -14,7 +14,7 @@ import secrets
 import shutil
 import stat
 import tempfile
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from pathlib import Path
 
 from mehvar.base.errors import BuildError, InputError
@@ -28,11 +28,11 @@ _TRIES = 3
 """Number of attempts to make an entry, because a user may empty the cache during an attempt."""
 
 
-def key(*parts: str) -> str:
-    """Return a hash of all inputs of an entry."""
+def key(*parts: str | Mapping[str, str]) -> str:
+    """Return a hash of all inputs of an entry: texts, and texts by name in any order."""
     digest = hashlib.sha256()
     for part in parts:
-        text = part.encode()
+        text = (part if isinstance(part, str) else repr(sorted(part.items()))).encode()
         digest.update(len(text).to_bytes(8, "little") + text)
     return digest.hexdigest()[:32]
 
@@ -46,7 +46,7 @@ def find(kind: str, name: str) -> Path | None:
     return None
 
 
-def entry(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
+def entry(kind: str, name: str, fill: Callable[[Path], object]) -> Path:
     """Return the folder of an entry; make the entry if it is missing or damaged.
 
     Parameters
@@ -106,7 +106,7 @@ def is_private(folder: Path) -> bool:
         return False
 
 
-def _made(kind: str, name: str, fill: Callable[[Path], None]) -> Path:
+def _made(kind: str, name: str, fill: Callable[[Path], object]) -> Path:
     """Return the new folder of an entry, moved once it is filled; start again if someone clears the cache meanwhile."""
     for _ in range(_TRIES):
         place = cache_folder() / kind / name

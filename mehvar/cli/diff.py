@@ -5,9 +5,9 @@ from __future__ import annotations
 
 import json
 import sys
-from collections.abc import Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated
 
 import typer
 
@@ -15,15 +15,13 @@ from mehvar.base.errors import InputError, bad_value
 from mehvar.base.names import WORK
 from mehvar.codegen.workspace import find_tree, installed_tree
 from mehvar.comparison.compare import diff_versions
+from mehvar.comparison.markdown import markdown
 from mehvar.comparison.result import Diff
-from mehvar.comparison.sources import names_model
+from mehvar.comparison.versions.sources import names_model
 from mehvar.pictures.files import checked_suffix, save
 from mehvar.pictures.style import require_matplotlib
 from mehvar.runtime.files import check_file, checked_ending, write_atomic
-from mehvar.terminal import pages, plain_text, print_lines, progress
-
-if TYPE_CHECKING:
-    from mehvar.reproduction.ledgers import Ledger
+from mehvar.terminal import Line, pages, plain_text, print_lines, progress
 
 FORMATS = ("text", "json", "html", "markdown")
 _ENDINGS = {".txt": "text", ".json": "json", ".html": "html", ".md": "markdown"}
@@ -82,13 +80,8 @@ def command(
         checked_suffix(plot)
         require_matplotlib()
     diff = diff_versions(_HEAD if old is None else old, WORK if new is None else new, model, structures or ())
-    if chosen == "text" and out is None:
-        with pages():
-            print_lines(diff.lines())
-    else:
-        _deliver(
-            _text(diff, chosen), out, [f"{part.name}: {part.status.value}" for model in diff.models for part in model]
-        )
+    forms = {"json": diff.json_text, "html": lambda: _page(diff), "markdown": lambda: markdown(diff)}
+    _deliver(chosen, out, diff.lines(), forms, [f"{part.name}: {part.status.value}" for part in diff.parts])
     if plot is not None:
         _draw(diff, plot)
     return int(diff.differs)
@@ -96,12 +89,11 @@ def command(
 
 def _draw(diff: Diff, path: Path) -> None:
     """Save the picture of the run with the largest difference, or report that no run differs."""
-    parts = [part for model in diff.models for part in model]
-    moved = max(parts, key=lambda part: part.overlay.size if part.overlay else -1.0)
-    figure = moved.overlay.picture(moved.name) if moved.overlay else None
+    overlays = [(part.overlay, part.name) for part in diff.parts if part.overlay]
+    overlay, name = max(overlays, key=lambda pair: pair[0].size, default=(None, ""))
+    figure = overlay.picture(name) if overlay else None
     if figure is None:
-        why = "no run of both sides differs" if any(p.overlay for p in parts) else "no law or no run to compare"
-        typer.echo(f"{path} is not written: {why}", err=True)
+        typer.echo(f"{path} is not written: no run of both versions differs", err=True)
         return
     save(figure, path)
     typer.echo(f"saved {path}", err=True)
@@ -109,56 +101,42 @@ def _draw(diff: Diff, path: Path) -> None:
 
 def _papers(model: str | None, form: str, out: Path | None) -> int:
     """Check the printed equations of papers."""
+    from mehvar.reproduction.ledger_page import paper_page
     from mehvar.reproduction.ledger_text import counted, holds, lines
     from mehvar.reproduction.ledgers import paper_ledgers
 
     with progress("checking the printed equations"):
         ledgers = paper_ledgers(find_tree(Path.cwd()) or installed_tree(), model)
-    if form == "text" and out is None:
-        with pages():
-            print_lines(lines(ledgers))
-    else:
-        _deliver(_paper_text(ledgers, form), out, [f"{ledger['model']}: {counted(ledger)}" for ledger in ledgers])
+    data = {"schema": 1, "papers": list(ledgers)}
+    forms = {
+        "json": lambda: json.dumps(data, indent=1, ensure_ascii=False) + "\n",
+        "html": lambda: paper_page(ledgers),
+    }
+    _deliver(form, out, lines(ledgers), forms, [f"{ledger['model']}: {counted(ledger)}" for ledger in ledgers])
     return int(not all(map(holds, ledgers)))
 
 
-def _deliver(text: str, out: Path | None, summary: Sequence[str]) -> None:
-    """Print a text, or save it and print one summary line per model."""
+def _deliver(
+    form: str, out: Path | None, lines: Iterable[Line], forms: Mapping[str, Callable[[], str]], summary: Sequence[str]
+) -> None:
+    """Print a report, or save it and print one summary line per model."""
+    if form == "text" and out is None:
+        with pages():
+            print_lines(lines)
+        return
+    text = plain_text(lines) + "\n" if form == "text" else forms[form]()
     if out is None:
         sys.stdout.write(text)
         return
     write_atomic(out, text)
-    for line in summary:
+    for line in (*summary, f"saved {out}"):
         typer.echo(line)
-    typer.echo(f"saved {out}")
 
 
-def _text(diff: Diff, form: str) -> str:
-    """Return a comparison in the format of `--format`; imports wait for the choice, since HTML loads templates."""
-    if form == "json":
-        return diff.json_text()
-    if form == "html":
-        from mehvar.comparison.html import html_page
+def _page(diff: Diff) -> str:
+    from mehvar.comparison.html import html_page  # loads templates
 
-        return html_page(diff)
-    if form == "markdown":
-        from mehvar.comparison.markdown import markdown
-
-        return markdown(diff)
-    return plain_text(diff.lines()) + "\n"
-
-
-def _paper_text(ledgers: Sequence[Ledger], form: str) -> str:
-    """Return ledgers of papers as JSON, HTML or plain text."""
-    if form == "json":
-        return json.dumps({"schema": 1, "papers": list(ledgers)}, indent=1, ensure_ascii=False) + "\n"
-    if form == "html":
-        from mehvar.reproduction.ledger_page import paper_page
-
-        return paper_page(ledgers)
-    from mehvar.reproduction.ledger_text import lines
-
-    return plain_text(lines(ledgers)) + "\n"
+    return html_page(diff)
 
 
 def _format(form: str | None, out: Path | None) -> str:

@@ -29,7 +29,7 @@ from mehvar.web.module import zig_available
 
 if TYPE_CHECKING:
     from mehvar.base.manifest import Manifest
-    from mehvar.report.content import PaperReport
+    from mehvar.report.papers.content import PaperReport
     from mehvar.reproduction.claims import Claim
 
 _LIVE = "live"
@@ -82,8 +82,8 @@ def reproduce(out: Path, advance: Advance | None = None) -> tuple[list[str], lis
     tree = papers_tree()
     models = paper_models(tree)
     check_folder(out, _MAKER, [*_NAMES, *(f"{name}.html" for name in models)])
-    from mehvar.report.content import beyond_folders, paper_report
-    from mehvar.report.papers import paper_pages
+    from mehvar.report.papers.content import beyond_folders, paper_report
+    from mehvar.report.papers.pages import paper_pages
 
     started = time.perf_counter()
     with _in_background() as background:  # other processes derive while this one draws: both cores have work

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import pickle
 import tempfile
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import astuple, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -25,15 +25,15 @@ from mehvar.terminal import progress
 
 from .consequences import consequences
 from .result import Diff, ModelDiff
-from .sources import Sources, Version
-from .structures import Variant, changed_sources, selection
+from .versions.sources import Sources, Version
+from .versions.structures import Variant, changed_sources, selection
 
 if TYPE_CHECKING:
     from mehvar.models.parts import Spacecraft
     from mehvar.models.system import System
 
 _CODEGEN = Path(mehvar.codegen.__file__).parent
-_READ, _KEPT = ("equations.json", "manifest.json"), "comparison.pickle"
+_FILES, _KEPT = ("equations.json", "manifest.json"), "comparison.pickle"
 _SHAPE = "shape"
 """Role of the numbers of a picture."""
 _NAMED = 4
@@ -97,7 +97,9 @@ def diff(
     if not isinstance(model, str) and not isinstance(old, str):
         if new != WORK or structures:
             raise InputError("diff(before, after) compares two systems: leave new and structures out")
-        return _made(model, old)
+        from mehvar.codegen.build import built_folder
+
+        return compare_folders(built_folder(model), built_folder(old))
     name, before, after = (_text(n, v) for n, v in (("model", model), ("old", old), ("new", new)))
     texts = [structures] if isinstance(structures, str) else structures
     if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
@@ -109,13 +111,6 @@ def _text(name: str, value: object) -> str:
     if not isinstance(value, str):
         raise bad_value(name, value, "a text", "the call")
     return value
-
-
-def _made(old: System | Spacecraft, new: System | Spacecraft) -> ModelDiff:
-    """Compare two systems built in Python."""
-    from mehvar.codegen.build import built_folder
-
-    return compare_folders(built_folder(old), built_folder(new))
 
 
 def compare_folders(old: Path, new: Path) -> ModelDiff:
@@ -155,8 +150,12 @@ def read_equations(path: Path) -> Document:
     InputError
         If it is damaged or of another schema.
     """
+    return _read(lambda: Document.parse(path.read_text(encoding="utf-8"), where=str(path)))
+
+
+def _read(read: Callable[[], Document]) -> Document:
     try:
-        return Document.parse(path.read_text(encoding="utf-8"), where=str(path))
+        return read()
     except DocumentError as error:
         raise InputError(str(error)) from None
 
@@ -177,7 +176,11 @@ def _names(before: Version, after: Version, model: str | None) -> Sequence[str]:
 
 def _model(name: str, old: Version, new: Version, structures: Sequence[str]) -> ModelDiff:
     """Return the comparison of a model; undecided if a changed source may affect structures that were not compared."""
-    stale = tuple(note for side in (old, new) for note in _stale(side, name))
+    stale = tuple(
+        f"generated/{name} of {side.label} is stale, derived anew: {first_names(side.stale[name], _NAMED)}"
+        for side in (old, new)
+        if name in side.stale
+    )
     if name not in old.folders or name not in new.folders:
         status = ModelStatus.ADDED if name not in old.folders else ModelStatus.REMOVED
         return ModelDiff(name, status, Comparison(name, ()), notes=stale)
@@ -189,11 +192,6 @@ def _model(name: str, old: Version, new: Version, structures: Sequence[str]) -> 
         model = replace(model, status=ModelStatus.UNDECIDED)
     notes = [*model.notes, *stale, *notes, *_unread(unread, others.variants)]
     return replace(model, notes=tuple(notes), structures=compared_structures)
-
-
-def _stale(side: Version, model: str) -> Iterator[str]:
-    if reasons := side.stale.get(model):
-        yield f"generated/{model} of {side.label} is stale, derived anew: {first_names(reasons, _NAMED)}"
 
 
 def _unread(sources: Sequence[str], compared: Sequence[Variant]) -> Iterator[str]:
@@ -237,7 +235,7 @@ def _cached(old: Path, new: Path) -> ModelDiff:
         (*_CODEGEN.rglob("*.py"), *(p for of in (__file__, cache.__file__) for p in Path(of).parent.glob("*.py")))
     )
     texts = [
-        path.read_text(encoding="utf-8") for path in (*engine, *(side / name for side in (old, new) for name in _READ))
+        path.read_text(encoding="utf-8") for path in (*engine, *(side / name for side in (old, new) for name in _FILES))
     ]
 
     def fill(folder: Path) -> None:
@@ -278,10 +276,7 @@ def _contents(comparison: Comparison, equation: EquationChange) -> Iterator[str]
 
 
 def _document(folder: Path) -> Document:
-    try:
-        document = Document.read(folder)
-    except DocumentError as error:
-        raise InputError(str(error)) from None
+    document = _read(lambda: Document.read(folder))
     if document.manifest is not None:
         check_unedited(document.manifest)  # equal equations do not rule out edited code
     return document

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -11,11 +11,12 @@ import numpy as np
 
 from mehvar.base.errors import InputError
 from mehvar.base.manifest import read_manifest
-from mehvar.runtime.model.functions import FloatArray, PythonBackend, displacement
+from mehvar.runtime.model.functions import PythonBackend
 from mehvar.runtime.model.model import Model
 
 from .runs import Overlay, Runs, runs
-from .spectra import Loop, loops, moved, named, rest, start, undifferentiated
+from .sides import Point, Side, Sides, shared
+from .spectra import Loop, Pairs, loops, moved
 
 SAMPLES = 512
 """Number of random states; the reported largest difference is exceeded at half a percent of them."""
@@ -77,14 +78,14 @@ class Consequences:
 
     rates: tuple[Rate, ...] = ()
     samples: int = 0
-    point: tuple[tuple[str, float], ...] = ()
+    point: Point = ()
     residual: float = 0.0
-    eigenvalues: tuple[tuple[complex, complex], ...] = ()
+    eigenvalues: Pairs = ()
     loops: tuple[Loop, ...] = ()
     operations: tuple[tuple[str, int, int], ...] = ()
     runs: Runs = field(default_factory=Runs)
     note: str = ""
-    new_point: tuple[tuple[str, float], ...] = ()
+    new_point: Point = ()
 
 
 def consequences(old: Path, new: Path, names: Mapping[str, str]) -> tuple[Consequences, Overlay | None]:
@@ -98,60 +99,34 @@ def consequences(old: Path, new: Path, names: Mapping[str, str]) -> tuple[Conseq
         New names by old ones.
     """
     try:
-        before, after = _loaded(old), _loaded(new)
+        sides = Side(_loaded(old), names), Side(_loaded(new), {})
     except (InputError, OSError, SyntaxError) as error:
         return Consequences(note=f"not computed: {error}"), None
-    operations = _operations(before, after)
-    if missing := _unshared(before, after, names):
+    counts = shared(*(side.model.manifest.functions for side in sides))
+    pairs = [(name, a.operations, b.operations) for name, (a, b) in counts.items() if a.operations != b.operations]
+    operations = tuple(pairs)
+    if missing := _unshared(sides):
         return Consequences(operations=operations, note=f"rates, eigenvalues and runs not compared: {missing}"), None
     with np.errstate(all="ignore"):  # results without bounds are reported as such
-        rates, samples = _rates(before, after, names)
-        old_point, new_point = _rest(before), _rest(after)
-        pairs = moved(_slope(before, old_point), _slope(after, new_point))
-        closed, missing = _loops(before, after, names)
-        residual = float(np.max(np.abs(_rhs(before, old_point, np.zeros(len(before.input_names))))))
+        rates, samples = _rates(sides)
+        points = [side.rest() for side in sides]
+        slopes = [side.slope(point) for side, point in zip(sides, points, strict=True)]
+        closed, missing = loops(sides)
+        residual = float(np.max(np.abs(sides[0].rates(points[0]))))
         closed_runs, overlay = runs(old, new, names)
     follows = Consequences(
         rates,
         samples,
-        named(_new(before.state_names, names), old_point),
+        sides[0].point(points[0]),
         residual,
-        pairs,
+        moved(*slopes),
         closed,
         operations,
         closed_runs,
         missing,
-        named(after.state_names, new_point),
+        sides[1].point(points[1]),
     )
     return follows, overlay
-
-
-def _unshared(before: Model, after: Model, names: Mapping[str, str]) -> str:
-    """Return the reason why the motions of both versions cannot be compared; empty if they can."""
-    if before.manifest.algebraic or after.manifest.algebraic:
-        return "algebraic states"
-    alone = []
-    for what, old, new in (
-        ("state", before.state_names, after.state_names),
-        ("input", before.input_names, after.input_names),
-    ):
-        former = _new(old, names)
-        for side, mine, other in (("old", former, new), ("new", new, former)):
-            if own := [name for name in mine if name not in other]:
-                alone.append(f"only the {side} version has the {what}{'s' * (len(own) > 1)} {', '.join(own)}")
-    return "; ".join(alone)
-
-
-def _new(old: Iterable[str], names: Mapping[str, str]) -> list[str]:
-    return [names.get(name, name) for name in old]
-
-
-def _loops(before: Model, after: Model, names: Mapping[str, str]) -> tuple[tuple[Loop, ...], str]:
-    """Return the closed loops whose eigenvalues differ, and reasons why others could not be compared."""
-    closed, refused = loops(before, after, names)
-    if undifferentiated((before, after)):
-        refused = ("one of the versions has no derivatives of its laws", *refused)
-    return closed, f"loops and margins not compared: {'; '.join(refused)}" if refused else ""
 
 
 def _loaded(folder: Path) -> Model:
@@ -160,64 +135,42 @@ def _loaded(folder: Path) -> Model:
     return Model(manifest.whole, PythonBackend(manifest))
 
 
-def _operations(before: Model, after: Model) -> tuple[tuple[str, int, int], ...]:
-    old, new = before.manifest.functions, after.manifest.functions
-    shared = [name for name in new if name in old]
-    counts = [(name, old[name].operations, new[name].operations) for name in shared]
-    return tuple(row for row in counts if row[1] != row[2])
+def _unshared(sides: Sides) -> str:
+    """Return the reason why the motions of both versions cannot be compared; empty if they can."""
+    if any(side.model.manifest.algebraic for side in sides):
+        return "algebraic states"
+    alone = []
+    for what in ("state", "input"):
+        old, new = (getattr(side, f"{what}s") for side in sides)
+        for side, mine, other in (("old", old, new), ("new", new, old)):
+            if own := [name for name in mine if name not in other]:
+                alone.append(f"only the {side} version has the {what}{'s' * (len(own) > 1)} {', '.join(own)}")
+    return "; ".join(alone)
 
 
-def _rhs(model: Model, x: FloatArray, u: FloatArray) -> FloatArray:
-    return model.rhs(x, u, model.parameters())
-
-
-def _rates(before: Model, after: Model, names: Mapping[str, str]) -> tuple[tuple[Rate, ...], int]:
+def _rates(sides: Sides) -> tuple[tuple[Rate, ...], int]:
     """Compare rates at random states around the first scenario's start, within the limits of both models."""
+    first, second = sides
     random = np.random.default_rng(_SEED)
-    size = np.maximum(np.abs(start(before)), _SMALL)
+    size = np.maximum(np.abs(first.start), _SMALL)
     x = random.uniform(-size, size, (SAMPLES, len(size)))
-    u = random.uniform(-1.0, 1.0, (SAMPLES, len(before.input_names)))
-    states, inputs = (
-        [new.index(name) for name in _new(old, names)]
-        for old, new in ((before.state_names, after.state_names), (before.input_names, after.input_names))
-    )
+    u = random.uniform(-1.0, 1.0, (SAMPLES, len(first.inputs)))
+    states = [second.states.index(name) for name in first.states]
+    inputs = [second.inputs.index(name) for name in first.inputs]
     valid = np.ones(SAMPLES, dtype=bool)
     values = []
-    for model, a, b in ((before, x, u), (after, x[:, np.argsort(states)], u[:, np.argsort(inputs)])):
-        values.append(_rhs(model, a, b))
+    for side, a, b in ((first, x, u), (second, x[:, np.argsort(states)], u[:, np.argsort(inputs)])):
+        values.append(side.rates(a, b))
         valid &= np.all(np.isfinite(values[-1]), axis=-1)
-        if model.manifest.limits:
-            valid &= np.all(model.functions["limits"](a, b, model.parameters()) > 0, axis=-1)
+        if side.model.manifest.limits:
+            valid &= np.all(side.model.functions["limits"](a, b, side.model.parameters()) > 0, axis=-1)
     if not np.any(valid):
         return (), 0
     old, new = values[0][valid], values[1][valid][:, states]
     largest, typical = np.max(np.abs(new - old), axis=0), np.sqrt(np.mean(old**2, axis=0))
     rates = [
-        Rate(
-            names.get(q.name, q.name),
-            f"{q.unit[:-2]}/s^2" if q.unit.endswith("/s") else f"{q.unit}/s",
-            float(a),
-            float(b),
-        )
-        for q, a, b in zip(before.manifest.states, largest, typical, strict=True)
+        Rate(name, f"{q.unit[:-2]}/s^2" if q.unit.endswith("/s") else f"{q.unit}/s", float(a), float(b))
+        for name, q, a, b in zip(first.states, first.model.manifest.states, largest, typical, strict=True)
         if a > _ROUNDING * max(b, 1e-300)
     ]
     return tuple(rates), len(old)
-
-
-def _rest(model: Model) -> FloatArray:
-    """Search for an equilibrium without inputs, starting at the zero state or a scenario's start."""
-    p, u = model.parameters(), np.zeros(len(model.input_names))
-    x = np.asarray(model.state())
-    if not (np.all(np.isfinite(model.rhs(x, u, p))) and np.all(np.isfinite(model.jac_x(x, u, p)))):
-        x = start(model)
-
-    def projection(state: FloatArray) -> FloatArray:
-        change = displacement(model.manifest, model.functions, state, p)
-        return state + change if change.size else state
-
-    return rest(lambda v: model.rhs(v, u, p), lambda v: model.jac_x(v, u, p), projection, x)
-
-
-def _slope(model: Model, x: FloatArray) -> FloatArray:
-    return model.jac_x(x, np.zeros(len(model.input_names)), model.parameters())

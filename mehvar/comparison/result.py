@@ -14,10 +14,15 @@ from mehvar.codegen.diff.report import Comparison, EquationChange, ModelStatus, 
 from mehvar.terminal import Line, finite, html_text, plain_text
 
 from .consequences import Consequences
+from .document import Block, Group, Words
+from .effects import effects
+from .equations import Equations, counted
 from .runs import Overlay
 from .text import lines
 
 SCHEMA = 1
+_STYLES = dict.fromkeys((ModelStatus.SAME, ModelStatus.NAMES, ModelStatus.PICTURE), "bold green")
+_STYLES[ModelStatus.UNDECIDED] = "bold yellow"
 
 
 @dataclass(frozen=True, repr=False)
@@ -97,14 +102,12 @@ class ModelDiff:
 
     def to_json(self) -> dict[str, Any]:
         """Return the contents as plain lists, dicts and strings."""
-        equations = self.comparison.to_json()
-        equations.pop("schema")
         follows = None if self.consequences is None else asdict(self.consequences)
         if follows is not None:
             for spectrum in (follows, *follows["loops"]):
                 spectrum["eigenvalues"] = [[[z.real, z.imag] for z in pair] for pair in spectrum["eigenvalues"]]
         return {
-            **equations,
+            **self.comparison.to_json(),
             "model": self.model,
             "status": self.status.value,
             "differs": self.differs,
@@ -115,10 +118,27 @@ class ModelDiff:
             "structures": [other.to_json() for other in self.structures],
         }
 
+    @property
+    def counts(self) -> str:
+        """Numbers of equations by verdict."""
+        return counted(self.comparison)
+
+    @property
+    def blocks(self) -> list[Block]:
+        """Contents of the report on this structure."""
+        blocks: list[Block] = [*(Words(line, strong=True) for line in self.parts), *map(Words, self.notes)]
+        blocks += Equations(self.comparison).blocks()
+        if self.consequences:
+            follows = effects(self.name, self.consequences, self.overlay, self.comparison)
+            blocks.append(Group("consequences", [*follows]))
+        return blocks
+
     def lines(self) -> Iterator[Line]:
         """Yield the report on the model."""
         for part in self:
-            yield from lines(part.name, part.status, part.comparison, part.consequences, (*part.parts, *part.notes))
+            style = _STYLES.get(part.status, "bold red")
+            yield 0, Text.assemble((f"{part.name}: ", "bold"), (part.status.headline, style), "   ", part.counts)
+            yield from lines(part.blocks, 2)
 
     def __repr__(self) -> str:
         return plain_text(self.lines())
@@ -127,7 +147,7 @@ class ModelDiff:
         return html_text(self.lines())
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True)
 class Diff:
     """Changes between two versions.
 
@@ -144,6 +164,11 @@ class Diff:
     models: tuple[ModelDiff, ...]
 
     @property
+    def parts(self) -> list[ModelDiff]:
+        """Every compared structure of every model."""
+        return [part for model in self.models for part in model]
+
+    @property
     def differs(self) -> bool:
         """True if any model differs."""
         return any(model.differs for model in self.models)
@@ -158,12 +183,6 @@ class Diff:
         """Return the contents in the form of docs/reference/diff-json.md."""
         models = [model.to_json() for model in self.models]
         return {"schema": SCHEMA, "old": self.old, "new": self.new, "differs": self.differs, "models": models}
-
-    def __repr__(self) -> str:
-        return plain_text(self.lines())
-
-    def _repr_html_(self) -> str:
-        return html_text(self.lines())
 
     def json_text(self) -> str:
         """Return the JSON text."""

@@ -4,12 +4,13 @@
 from __future__ import annotations
 
 import importlib.util
+import itertools
 import math
 import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -24,6 +25,7 @@ from mehvar.runtime.run.problem import Status
 from mehvar.runtime.run.simulate import Run, simulate
 
 from ..estimation.margins import Margin, draining, left_out, linear_loop, linear_margins, moving, orbit_modes, unstable
+from .sides import Side, Sides, shared
 from .spectra import differentiable
 
 if TYPE_CHECKING:
@@ -83,8 +85,7 @@ class RunChange:
     @property
     def size(self) -> float:
         """Largest relative change of a metric; infinite if the two runs ended in different ways."""
-        changes = (abs(m.new - m.old) / max(abs(m.old), abs(m.new)) for m in self.metrics)
-        sizes = [size if math.isfinite(size) else math.inf for size in changes]
+        sizes = (difference(metric.old, metric.new) for metric in self.metrics)
         return math.inf if self.old != self.new else max(sizes, default=0.0)
 
 
@@ -187,62 +188,40 @@ def runs(old: Path, new: Path, names: Mapping[str, str]) -> tuple[Runs, Overlay 
         New names by old ones.
     """
     try:
-        before, after = _loaded(old), _loaded(new)
+        sides = Side(_loaded(old), names), Side(_loaded(new), {})
     except MehvarError as error:
         return Runs(note=f"laws not run: {error}"), None
-    changed, same, moved, refused, resting = [], [], [], [], []
-    overlay, largest, rest = None, 0.0, 0.0
-    done: list[Run] = []
-    cases = list(_cases(before, after, names))
-    note = _noise(before, after, names) if cases else "no run compared: the versions have no law and scenario in common"
-    for old_law, law, old_scenario, scenario in cases:
-        first, second = _run(before, old_law, old_scenario), _run(after, law, scenario)
-        change, part = _change(law, scenario, first, second, names)
-        done += [run for run in (first, second) if isinstance(run, Run)]
-        if isinstance(first, str) and first == second:
-            refused.append((law, scenario, first))
-        elif change is None:
-            same.append((law, scenario))
-            rest = max(rest, part)
-            if not any(isinstance(run, str) or moves(run) for run in (first, second)):
-                resting.append((law, scenario))
-        else:
-            changed.append(change)
+    laws, scenarios = shared(*(side.laws for side in sides)), shared(*(side.scenarios for side in sides))
+    changed, same, refused, resting = [], [], [], []
+    overlay, largest = None, 0.0
+    trials: list[_Trial] = []
+    margins: list[MarginChange] = []
+    for law, scenario in itertools.product(laws, scenarios):
+        cases = zip(sides, laws[law], scenarios[scenario], strict=True)
+        first, second = (_run(side.model, own.name, case) for side, own, case in cases)
+        ends = _end(first), _end(second)
         if isinstance(first, str) or isinstance(second, str):
+            if isinstance(first, str) and first == second:
+                refused.append((law, scenario, first))
+            else:
+                changed.append(RunChange(law, scenario, *ends, (), 0))
             continue
-        if change is not None and change.size > largest:
-            overlay, largest = Overlay(law, scenario, first, second, change.size, names), change.size
-        try:
-            edges = _margins(before, first, names), _margins(after, second, {})
-        except InputError:  # a copied folder without derivatives of its laws: the note on loops says so
-            continue
-        if _differ(*edges):
-            sides = ((before, first, edges[0]), (after, second, edges[1]))
-            still = not any(draining(model, run) or moving(model, run) for model, run, own in sides if own)
-            moved.append(MarginChange(law, scenario, *edges, still))
-    groups = (tuple(changed), tuple(same), tuple(moved), tuple(refused))
-    return Runs(*groups, note, rest, _zero(done, names), tuple(resting)), overlay
-
-
-def _noise(before: Model, after: Model, names: Mapping[str, str]) -> str:
-    """Return a note if the versions draw other random numbers for a sensor, which changes runs."""
-    old, new = ([names.get(q.name, q.name) for q in model.manifest.noise] for model in (before, after))
-    shared = [name for name in old if name in new and old.index(name) != new.index(name)]
-    if not shared:
-        return ""
-    return f"the order of noise changed, so that runs have other random numbers: {', '.join(shared)}"
-
-
-def moves(run: Run) -> bool:
-    """Return True if a state changes during a run by more than rounding."""
-    return bool(np.any(np.ptp(run.x, axis=0) > _STILL * (1.0 + np.max(np.abs(run.x), axis=0))))
-
-
-def _zero(runs: Sequence[Run], names: Mapping[str, str]) -> tuple[str, ...]:
-    """Return the parameters that are zero in every run that has them."""
-    values = [{names.get(name, name): value for name, value in run.parameters.values.items()} for run in runs]
-    every = dict.fromkeys(name for own in values for name in own)
-    return tuple(name for name in every if not any(own.get(name, 0.0) for own in values))
+        both = _Trial(sides[0], first), _Trial(sides[1], second)
+        trials += both
+        metrics, count, part = _differences(*both)
+        if metrics or ends[0] != ends[1]:
+            changed.append(RunChange(law, scenario, *ends, metrics, count))
+            if overlay is None or changed[-1].size > overlay.size:
+                overlay = Overlay(law, scenario, first, second, changed[-1].size, names)
+        else:
+            same.append((law, scenario))
+            largest = max(largest, part)
+            if not (moves(first) or moves(second)):
+                resting.append((law, scenario))
+        margins += _margins(law, scenario, *both)
+    note = "" if laws and scenarios else "no run compared: the versions have no law and scenario in common"
+    groups = (tuple(changed), tuple(same), tuple(margins), tuple(refused))
+    return Runs(*groups, note or _noise(sides), largest, _zero(trials), tuple(resting)), overlay
 
 
 def _loaded(folder: Path) -> Model:
@@ -252,25 +231,13 @@ def _loaded(folder: Path) -> Model:
     return Model(manifest, CBackend(manifest))
 
 
-class _Case(NamedTuple):
-    """Law and scenario of a run, by the names of either version."""
-
-    old_law: str
-    law: str
-    old_scenario: str
-    scenario: str
-
-
-def _cases(before: Model, after: Model, names: Mapping[str, str]) -> Iterator[_Case]:
-    """Yield the runs that both versions have."""
-    laws, scenarios = (
-        {names.get(name, name): name for name in known}
-        for known in (before.manifest.controllers, before.manifest.scenarios)
-    )
-    for law in after.manifest.controllers:
-        for scenario in after.manifest.scenarios:
-            if law in laws and scenario in scenarios:
-                yield _Case(laws[law], law, scenarios[scenario], scenario)
+def _noise(sides: Sides) -> str:
+    """Return a note if the versions draw other random numbers for a sensor, which changes runs."""
+    old, new = ({side.name(q.name): k for k, q in enumerate(side.model.manifest.noise)} for side in sides)
+    moved = [name for name in old if name in new and old[name] != new[name]]
+    if not moved:
+        return ""
+    return f"the order of noise changed, so that runs have other random numbers: {', '.join(moved)}"
 
 
 def _run(model: Model, law: str, scenario: str) -> Run | str:
@@ -283,53 +250,6 @@ def _run(model: Model, law: str, scenario: str) -> Run | str:
             return str(error)
 
 
-def _change(
-    law: str, scenario: str, old: Run | str, new: Run | str, names: Mapping[str, str]
-) -> tuple[RunChange | None, float]:
-    """Return the change of a run, or None, and the largest relative difference of a metric that counts as equal."""
-    before, after = _metrics(old, names), _metrics(new, {})
-    if not before.keys() & after.keys():
-        before, after = _extremes(old, names), _extremes(new, {})
-    shared = [name for name in after if name in before]
-    moved = tuple(
-        MetricChange(name, after[name][1], before[name][0], after[name][0])
-        for name in shared
-        if not equal_numbers(before[name][0], after[name][0])
-    )
-    pairs = [(before[name][0], after[name][0]) for name in shared]
-    part = max((abs(b - a) / max(abs(a), abs(b)) for a, b in pairs if a != b and math.isfinite(b - a)), default=0.0)
-    ends = _end(old), _end(new)
-    return (RunChange(law, scenario, *ends, moved, len(shared)) if moved or ends[0] != ends[1] else None), part
-
-
-def _metrics(run: Run | str, names: Mapping[str, str]) -> dict[str, tuple[float, str]]:
-    """Return the metrics of a run with units; without metrics, the extremes and final values of its states."""
-    if isinstance(run, str):
-        return {}
-    known = run.manifest.metrics
-    found = {name: (float(value), known[name].unit) for name, value in metrics(run, run.manifest).items()}
-    return found or _extremes(run, names)
-
-
-def _extremes(run: Run | str, names: Mapping[str, str]) -> dict[str, tuple[float, str]]:
-    """Return the extremes and final values of a run's states and of its law's memory, with units."""
-    if isinstance(run, str):
-        return {}
-    quantities = (*run.manifest.states, *run.controller.memory)
-    x = np.hstack([run.x, run.z])
-    x = np.where(np.abs(x) > run.options.get("atol", 0.0), x, 0.0)  # the integration resolves no less
-    states = [(k, names.get(q.name, q.name), q.unit) for k, q in enumerate(quantities)]
-    reached = {f"largest |{name}|": (float(np.max(np.abs(x[:, k]))), unit) for k, name, unit in states}
-    return reached | {f"last {name}": (float(x[-1, k]), unit) for k, name, unit in states}
-
-
-def equal_numbers(old: float, new: float, part: float = _STEPS) -> bool:
-    """Return True if numbers agree relative to the larger one; a number that is not finite equals only itself."""
-    if not (math.isfinite(old) and math.isfinite(new)):
-        return old == new or (math.isnan(old) and math.isnan(new))
-    return abs(new - old) <= part * max(abs(old), abs(new))
-
-
 def _end(run: Run | str) -> str:
     if isinstance(run, str):
         return f"refused: {run}"
@@ -338,32 +258,94 @@ def _end(run: Run | str) -> str:
     return f"{'ended' if run.status.complete else 'ended early'}: {run.reason}"
 
 
-def _margins(model: Model, run: Run, names: Mapping[str, str]) -> tuple[Margin, ...]:
-    """Return the margins at the end of a run, linearised with the state held fixed; empty if they are undefined.
+def moves(run: Run) -> bool:
+    """Return True if a state changes during a run by more than rounding."""
+    return bool(np.any(np.ptp(run.x, axis=0) > _STILL * (1.0 + np.max(np.abs(run.x), axis=0))))
 
-    Those of an unstable loop are NaN.
+
+@dataclass(frozen=True)
+class _Trial:
+    """The run of one version."""
+
+    side: Side
+    run: Run
+
+    def metrics(self) -> dict[str, tuple[float, str]]:
+        """Return the metrics with units."""
+        known = self.run.manifest.metrics
+        return {name: (float(value), known[name].unit) for name, value in metrics(self.run, self.run.manifest).items()}
+
+    def extremes(self) -> dict[str, tuple[float, str]]:
+        """Return the extremes and final values of the states and of the law's memory, with units."""
+        x = np.hstack([self.run.x, self.run.z])
+        x = np.where(np.abs(x) > self.run.options.get("atol", 0.0), x, 0.0)  # the integration resolves no less
+        quantities = (*self.run.manifest.states, *self.run.controller.memory)
+        states = [(k, self.side.name(q.name), q.unit) for k, q in enumerate(quantities)]
+        reached = {f"largest |{name}|": (float(np.max(np.abs(x[:, k]))), unit) for k, name, unit in states}
+        return reached | {f"last {name}": (float(x[-1, k]), unit) for k, name, unit in states}
+
+    def margins(self) -> dict[str, Margin]:
+        """Return the margins at the end by input, linearised with the state held fixed; empty if they are undefined.
+
+        Those of an unstable loop are NaN.
+        """
+        model, run = self.side.model, self.run
+        if not differentiable(model, run.controller) or run.status is not Status.DONE:
+            return {}
+        try:
+            cut = linear_loop(model, run)
+            slow = orbit_modes(model, run.x[-1])
+            margins = linear_margins(cut, slow)
+            if any(margin.is_endless for margin in margins) and left_out(cut, slow, margins):
+                return {}
+            if not margins and unstable(model, run):
+                acting = (name for k, name in enumerate(cut.inputs) if np.any(cut.B[:, k]) and np.any(cut.C[k]))
+                margins = tuple(Margin(name, math.nan, math.nan) for name in acting)
+        except InputError:  # which the comparison of the loops reports
+            return {}
+        return {(name := self.side.name(margin.input)): replace(margin, input=name) for margin in margins}
+
+    def is_settled(self) -> bool:
+        """Return False if the linear loop still changes at the end."""
+        return not (draining(self.side.model, self.run) or moving(self.side.model, self.run))
+
+
+def _differences(old: _Trial, new: _Trial) -> tuple[tuple[MetricChange, ...], int, float]:
+    """Return the metrics that differ, the number of all, and the largest relative difference of one that is equal.
+
+    Runs without common metrics are compared by their states.
     """
-    if not differentiable(model, run.controller) or run.status is not Status.DONE:
-        return ()
+    pairs = shared(old.metrics(), new.metrics()) or shared(old.extremes(), new.extremes())
+    sizes = {name: difference(before, after) for name, ((before, _), (after, _)) in pairs.items()}
+    changed = [name for name, size in sizes.items() if size > _STEPS]
+    changes = (MetricChange(name, pairs[name][1][1], pairs[name][0][0], pairs[name][1][0]) for name in changed)
+    return tuple(changes), len(pairs), max((size for size in sizes.values() if size <= _STEPS), default=0.0)
+
+
+def difference(old: float, new: float) -> float:
+    """Return the difference of two numbers relative to the larger one; infinite if one alone is not finite."""
+    if old == new or (math.isnan(old) and math.isnan(new)):
+        return 0.0
+    if not (math.isfinite(old) and math.isfinite(new)):
+        return math.inf
+    return abs(new - old) / max(abs(old), abs(new))
+
+
+def _zero(trials: Sequence[_Trial]) -> tuple[str, ...]:
+    """Return the parameters that are zero in every run that has them."""
+    values = [{t.side.name(name): value for name, value in t.run.parameters.values.items()} for t in trials]
+    every = dict.fromkeys(name for own in values for name in own)
+    return tuple(name for name in every if not any(own.get(name, 0.0) for own in values))
+
+
+def _margins(law: str, scenario: str, old: _Trial, new: _Trial) -> Iterator[MarginChange]:
+    """Yield the change of a loop's margins, if they differ."""
     try:
-        cut = linear_loop(model, run)
-        slow = orbit_modes(model, run.x[-1])
-        margins = linear_margins(cut, slow)
-        if any(margin.is_endless for margin in margins) and left_out(cut, slow, margins):
-            return ()
-        if not margins and unstable(model, run):
-            acting = (name for k, name in enumerate(cut.inputs) if np.any(cut.B[:, k]) and np.any(cut.C[k]))
-            margins = tuple(Margin(name, math.nan, math.nan) for name in acting)
-    except InputError:  # which the comparison of the loops reports
-        return ()
-    return tuple(replace(margin, input=names.get(margin.input, margin.input)) for margin in margins)
-
-
-def _differ(old: tuple[Margin, ...], new: tuple[Margin, ...]) -> bool:
-    one, other = ({margin.input: margin for margin in side} for side in (old, new))
-    if one.keys() != other.keys():
-        return True
-    pairs = ((one[name], other[name]) for name in one)
-    return not all(
-        equal_numbers(a.gain, b.gain, _VISIBLE) and equal_numbers(a.phase, b.phase, _VISIBLE) for a, b in pairs
-    )
+        before, after = old.margins(), new.margins()
+    except InputError:  # a copied folder without derivatives of its laws: the note on loops says so
+        return
+    pairs = shared(before, after).values()
+    sizes = [size for a, b in pairs for size in (difference(a.gain, b.gain), difference(a.phase, b.phase))]
+    if before.keys() != after.keys() or any(size > _VISIBLE for size in sizes):
+        settled = all(trial.is_settled() for trial, own in ((old, before), (new, after)) if own)
+        yield MarginChange(law, scenario, tuple(before.values()), tuple(after.values()), settled)

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Linearisation points of two versions, and the eigenvalues of plant and loops that differ at them."""
+"""Eigenvalues of plant and loops that differ between two versions."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,17 +17,9 @@ from mehvar.runtime.model.linear import LinearSystem, modes
 from mehvar.runtime.model.model import Model
 from mehvar.runtime.model.parameters import vector
 
-Pairs = tuple[tuple[complex, complex], ...]
+from .sides import Point, Side, Sides, shared
 
-_STEPS = 20
-"""Number of Gauss-Newton steps; near an equilibrium each step doubles the number of correct digits."""
-_AT_REST = 1e-6
-"""Largest rate at an equilibrium, relative to the start. A search without an equilibrium stops far above it."""
-_FAR = 10.0
-"""Largest distance of an equilibrium from the start, relative to the start: farther away from a planet, gravity merely
-vanishes."""
-_ROUNDING = 1e-9
-"""Bound relative to a state, below which values print as zero."""
+Pairs = tuple[tuple[complex, complex], ...]
 
 
 @dataclass(frozen=True)
@@ -55,46 +46,11 @@ class Loop:
 
     law: str
     period: float | None
-    point: tuple[tuple[str, float], ...]
+    point: Point
     eigenvalues: Pairs
     old_period: float | None = None
-    new_point: tuple[tuple[str, float], ...] = ()
+    new_point: Point = ()
     lost: bool = False
-
-
-def start(model: Model) -> FloatArray:
-    """Return the initial state of the first scenario's defaults."""
-    state: FloatArray = model.functions["initial"](model.parameters(), vector(model.manifest.scenario_parameters, {}))
-    return state
-
-
-def rest(
-    rate: Callable[[FloatArray], FloatArray],
-    slope: Callable[[FloatArray], FloatArray],
-    projection: Callable[[FloatArray], FloatArray],
-    x: FloatArray,
-) -> FloatArray:
-    """Search for a zero of the rates by Gauss-Newton steps of minimum norm, each followed by the projection.
-
-    Return the start if there is none, as for a craft in orbit.
-    """
-    first = x
-    for _ in range(_STEPS):
-        matrix = slope(x)
-        if not np.all(np.isfinite(matrix)):
-            break
-        step = np.linalg.lstsq(matrix, -rate(x), rcond=None)[0]
-        following = projection(x + step)
-        if not np.linalg.norm(rate(following)) < np.linalg.norm(rate(x)):
-            break
-        x = following
-    slow = np.max(np.abs(rate(x)), initial=0.0) <= _AT_REST * np.max(np.abs(rate(first)), initial=0.0)
-    return x if slow and np.linalg.norm(x - first) <= _FAR * (1 + np.linalg.norm(first)) else first
-
-
-def named(names: Iterable[str], x: FloatArray) -> tuple[tuple[str, float], ...]:
-    """Return the nonzero elements of a point by name."""
-    return tuple((name, float(value)) for name, value in zip(names, x, strict=True) if abs(value) > _ROUNDING)
 
 
 def moved(old: FloatArray, new: FloatArray) -> Pairs:
@@ -118,37 +74,36 @@ def moved(old: FloatArray, new: FloatArray) -> Pairs:
     return tuple(pair for pair in pairs if max(value.imag for value in pair) >= 0)
 
 
-def loops(before: Model, after: Model, names: Mapping[str, str]) -> tuple[tuple[Loop, ...], tuple[str, ...]]:
-    """Return the loops whose eigenvalues differ, and the reasons why others could not be compared.
+def loops(sides: Sides) -> tuple[tuple[Loop, ...], str]:
+    """Return the loops whose eigenvalues differ, and why others could not be compared.
 
-    Loops are compared for laws that both versions have with the same number of states; `names` has new names by old.
+    Loops are compared for laws that both versions have with the same number of states.
     """
     changed: list[Loop] = []
     refused: list[str] = []
-    formers = {names.get(name, name): law for name, law in before.manifest.controllers.items()}
-    for name, law in after.manifest.controllers.items():
-        former = formers.get(name)
-        if former is None or not (differentiable(before, former) and differentiable(after, law)):
+    if not all(differentiable(side.model, law) for side in sides for law in side.laws.values()):
+        refused.append("one of the versions has no derivatives of its laws")
+    points = [side.point(side.start) for side in sides]
+    for name, laws in shared(*(side.laws for side in sides)).items():
+        pairs = list(zip(sides, laws, strict=True))
+        if not all(differentiable(side.model, law) for side, law in pairs):
             continue
         try:
-            sides = _closed(before, former), _closed(after, law)
+            closed = [_closed(side, law) for side, law in pairs]
         except InputError as error:
             refused.append(f"{name}: {error}")
             continue
-        old, new = (side.A for side in sides)
-        pairs = moved(old, new) if old.shape == new.shape else ()
-        if pairs:
-            points = (
-                named((names.get(state, state) for state in before.state_names), start(before)),
-                named(after.state_names, start(after)),
-            )
-            periods = _period(before, former), _period(after, law)
-            first, second = (
-                is_unstable(in_turns(model.manifest, side, x := start(model)).A, period, orbit_modes(model, x))
-                for model, side, period in zip((before, after), sides, periods, strict=True)
-            )
-            changed.append(Loop(name, periods[1], points[0], pairs, periods[0], points[1], second and not first))
-    return tuple(changed), tuple(refused)
+        old, new = (loop.A for loop in closed)
+        if eigenvalues := moved(old, new) if old.shape == new.shape else ():
+            periods = [_period(side.model, law) for side, law in pairs]
+            first, second = map(_is_unstable, sides, closed, periods)
+            changed.append(Loop(name, periods[1], points[0], eigenvalues, periods[0], points[1], second and not first))
+    return tuple(changed), f"loops and margins not compared: {'; '.join(refused)}" if refused else ""
+
+
+def _is_unstable(side: Side, loop: LinearSystem, period: float | None) -> bool:
+    matrix = in_turns(side.model.manifest, loop, side.start).A
+    return is_unstable(matrix, period, orbit_modes(side.model, side.start))
 
 
 def _period(model: Model, law: Controller) -> float | None:
@@ -157,18 +112,13 @@ def _period(model: Model, law: Controller) -> float | None:
     return float(model.parameters()[places.index(law.period)]) if law.period else None
 
 
-def undifferentiated(models: Sequence[Model]) -> bool:
-    """Return True for a folder from a version of mehvar without derivatives of laws."""
-    return any(not differentiable(model, law) for model in models for law in model.manifest.controllers.values())
-
-
 def differentiable(model: Model, law: Controller) -> bool:
-    """Return True for a law with generated derivatives."""
+    """Return True for a law with generated derivatives, which older versions of mehvar did not generate."""
     return f"{identifier(law.name)}_jvp" in model.functions
 
 
-def _closed(model: Model, law: Controller) -> LinearSystem:
+def _closed(side: Side, law: Controller) -> LinearSystem:
     """Return a closed loop at the first scenario's start, with default parameters."""
-    p = model.parameters()
-    r = model.functions["reference"](0.0, p, vector(model.manifest.scenario_parameters, {}))
-    return model.linearize(start(model), None, p, r=r, controller=law.name)
+    p = side.model.parameters()
+    r = side.model.functions["reference"](0.0, p, vector(side.model.manifest.scenario_parameters, {}))
+    return side.model.linearize(side.start, None, p, r=r, controller=law.name)

@@ -185,7 +185,7 @@ class _Problem:
     ) -> None:
         self._model, self._controller, self._scenario = model, controller, scenario
         self._refusal = "the run ends before the first sample"
-        self._free = _names(free)
+        self._free = free_names(free, "parameters or states")
         starts = {name: options[name] for name in self._free if name in options and name not in parameters}
         self._parameters, self._initial = {**parameters, **starts}, initial
         t = _grid(data, options)
@@ -432,9 +432,10 @@ class _Problem:
         )
 
 
-def _names(free: Sequence[str]) -> tuple[str, ...]:
+def free_names(free: Sequence[str], what: str) -> tuple[str, ...]:
+    """Return the names of free values; refuse anything but different texts."""
     if not isinstance(free, list | tuple) or not free or not all(isinstance(name, str) for name in free):
-        raise bad_value("free", free, "a list of names of parameters or states, at least one")
+        raise bad_value("free", free, f"a list of names of {what}, at least one")
     if twice := {name for name in free if list(free).count(name) > 1}:
         raise InputError(f"free: {min(twice)} is given twice")
     return tuple(free)

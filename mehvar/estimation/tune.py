@@ -26,6 +26,8 @@ from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.model.parameters import all_parameters
 from mehvar.runtime.run.problem import COMPLETE
 
+from .fit import free_names
+
 if TYPE_CHECKING:
     from scipy.optimize import OptimizeResult
 
@@ -130,8 +132,7 @@ def tune(
     """
     check_arguments("mapping", "the call", vary=vary, parameters=parameters)
     check_arguments("text", "the call", controller=controller, cost=cost)
-    if not isinstance(free, list | tuple) or not free or not all(isinstance(name, str) for name in free):
-        raise bad_value("free", free, "a list of names of parameters, at least one")
+    free = free_names(free, "parameters")
     for name in _WITHOUT_EFFECT & batch.keys():
         raise bad_value(name, batch[name], "left out: it has no effect on the cost")
     CAMPAIGN_OPTIONS["seed"].check(seed, "the call")

@@ -119,6 +119,7 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
     charted = law is not None and "to_coordinates" in loop_calls(manifest, law, "", kind == "sampled")
     q = np.asarray(model.functions["to_coordinates"](x)) if charted else x
     continuous = manifest.coordinates if charted else manifest.states
+    chart = "chart." if charted else ""  # coordinates of the chart may have the names of states
     own, memory = (law.parameters, law.memory) if law else ((), ())
     acting = _acting(model, law or NO_LAW, kind, x, p)
     groups = {
@@ -128,9 +129,9 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
         "R": _group(manifest.references, "input", r, "reference."),
         "U": _group(manifest.inputs, {"plant": "input", "loop": "output", "sampled": "discrete"}[kind],
                     prefix="" if law is None else "u_"),
-        "Q": _group(continuous, "state", q),
+        "Q": _group(continuous, "state", q, chart),
         "D": tuple(
-            Variable(f"der({v.name})", _rate(v.unit), f"rate of {v.name}", "derivative") for v in continuous
+            Variable(f"der({chart}{v.name})", _rate(v.unit), f"rate of {v.name}", "derivative") for v in continuous
         ),
         "X": _group(manifest.states, "output") if charted else (),
         "Y": _group(manifest.outputs, "output"),
@@ -144,11 +145,6 @@ def subject(model: Model, controller: str | None, scenario: str | None) -> Subje
             for event in events_of(manifest, law or NO_LAW, kind != "loop")
         ),
     }  # fmt: skip
-    if charted:  # coordinates of the chart may have the names of states
-        groups["Q"] = tuple(Variable(f"chart.{v.name}", v.unit, v.description, "state", v.start) for v in groups["Q"])
-        groups["D"] = tuple(
-            Variable(f"der(chart.{v.name})", _rate(v.unit), f"rate of {v.name}", "derivative") for v in continuous
-        )
     period = float(resolved.values[law.period]) if law and law.period else None
     return Subject(model, law, kind, groups, period, case.duration, case.step, s)
 

@@ -1,9 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Pictures of runs and batches in a common style: figures, axis labels, colours, animations."""
+"""Pictures of runs and batches in a common style: figures, axis labels, colours."""
 
 from __future__ import annotations
 
-from .scene import Scene, SceneLine, ScenePanel
 from .style import (
     BLACK,
     BLUE,
@@ -32,9 +31,6 @@ __all__ = [
     "PURPLE",
     "SKY",
     "VERMILLION",
-    "Scene",
-    "SceneLine",
-    "ScenePanel",
     "headline",
     "label",
     "new_figure",

@@ -47,8 +47,8 @@ class Panel:
 
 def panels_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
     """Draw a run, with its settling times marked; call it in `mehvar.pictures.style.style`."""
-    references = _references(manifest)
-    groups = [part for panel in panels(manifest, references.values()) for part in _by_magnitude(panel, dataset)]
+    dashed = references(manifest)
+    groups = [part for panel in panels(manifest, dashed.values()) for part in _by_magnitude(panel, dataset)]
     columns = 1 if len(groups) <= 4 else 2
     rows = -(-len(groups) // columns)
     figure = new_figure(7.0 * columns, 0.6 + 1.9 * rows)
@@ -56,7 +56,7 @@ def panels_picture(dataset: xr.Dataset, manifest: Manifest) -> Figure:
     grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
     axes: list[Axes] = list(grid.T.flat)
     for panel, ax in zip(groups, axes, strict=False):
-        _draw(ax, dataset, panel, references)
+        _draw(ax, dataset, panel, dashed)
         _mark(ax, dataset, panel, manifest)
         ax.set_xlabel(label("t", "time", "s"))
         ax.tick_params(labelbottom=True)
@@ -79,7 +79,7 @@ def panels(manifest: Manifest, without: Collection[Quantity] = ()) -> list[Panel
     ]
 
 
-def _references(manifest: Manifest) -> dict[str, Quantity]:
+def references(manifest: Manifest) -> dict[str, Quantity]:
     """Return the references among the outputs, by the name of their state."""
     states, outputs = {q.name for q in manifest.states}, {q.name: q for q in manifest.outputs}
     names = {q.name: _REFERENCE.sub("", q.name) for q in manifest.references}
@@ -102,18 +102,18 @@ def _peak(values: NDArray[np.float64]) -> float:
     return float(np.max(np.abs(values), where=np.isfinite(values), initial=0.0))
 
 
-def _draw(ax: Axes, dataset: xr.Dataset, panel: Panel, references: Mapping[str, Quantity]) -> None:
+def _draw(ax: Axes, dataset: xr.Dataset, panel: Panel, dashed: Mapping[str, Quantity]) -> None:
     """Draw a panel's variables; a dashed line in the same colour is a variable's reference."""
     t = dataset["t"].values
     for number, (variable, quantity) in enumerate(panel.variables):
         line = next(islice(cycle(_LINES), number // len(COLORS), None))
         named = number < _MOST_NAMED
         (drawn,) = ax.plot(t, dataset[variable].values, line, label=_entry(variable, quantity) if named else None)
-        if (wanted := references.get(variable)) is not None:
+        if (wanted := dashed.get(variable)) is not None:
             text = _entry(wanted.name, wanted) if named else None
             ax.plot(t, dataset[wanted.name].values, "--", color=drawn.get_color(), lw=1.0, label=text)
     ax.margins(x=0)
-    if len(panel.variables) == 1 and panel.variables[0][0] not in references:
+    if len(panel.variables) == 1 and panel.variables[0][0] not in dashed:
         variable, quantity = panel.variables[0]
         ax.set_title(f"{panel.kind}: {quantity.description}")
         ax.set_ylabel(f"{variable} [{pretty_unit(panel.unit)}]")

@@ -14,10 +14,11 @@ from .style import BLACK, BLUE, GREEN, GREY, ORANGE, PURPLE, SKY, VERMILLION, ne
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
+    from numpy.typing import NDArray
 
     from mehvar.models.geometry import Shape
 
-    from .scene import FloatArray
+    FloatArray = NDArray[np.float64]
 
 _PALETTE = dict(zip(SHAPE_COLORS, (BLUE, VERMILLION, GREEN, PURPLE, ORANGE, SKY, BLACK, GREY), strict=True))
 _SIDES = ((0, 2, 6, 4), (1, 3, 7, 5), (0, 1, 5, 4), (2, 3, 7, 6), (0, 1, 3, 2), (4, 5, 7, 6))

@@ -30,8 +30,8 @@ from mehvar.runtime.batch.repeat import repetition
 from mehvar.runtime.batch.store.dataset import DatasetBatch
 from mehvar.runtime.run.problem import Status
 
-from .content import picture
 from .page import Drawing, Section, Table, Text
+from .picture import picture
 from .subjects import installed_derivation, version_table
 
 _PANELS = 4

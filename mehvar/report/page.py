@@ -3,23 +3,24 @@
 
 from __future__ import annotations
 
-import base64
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 from markupsafe import Markup
 
 from mehvar import html
 from mehvar.base.errors import bad_value
 from mehvar.base.units import pretty_unit
-from mehvar.pictures.scene import Scene
 from mehvar.runtime.files import write_atomic
 
-from .content import Picture, scene_data
+from .picture import Picture
 
-_SCRIPTS = ("uplot/uPlot.iife.min.js", "data.js", "save.js", "charts.js", "view.js", "player.js")
+_SCRIPTS = (
+    "uplot/uPlot.iife.min.js", "data.js", "save.js", "charts.js", "view.js", "geometry.js", "player.js", "report.js",
+)  # fmt: skip
 _STYLES = ("uplot/uPlot.min.css", "charts.css", "report.css")
 """Files of `mehvar/templates/report`."""
 _GREEK = {"phi": "φ", "theta": "θ", "delta": "δ"}
@@ -63,14 +64,12 @@ class Drawing:
 
 @dataclass(frozen=True)
 class Stage:
-    """An animation of runs; `script` creates the entry `drawn_by` of `Report.scenes`."""
+    """An animation of runs, with the data of its `scene`."""
 
     name: str
     title: str
     caption: str
-    drawn_by: str
-    script: str
-    scene: Scene
+    scene: Mapping[str, Any]
     kind: str = field(default="stage", init=False)
 
 
@@ -88,11 +87,12 @@ Block = Text | Table | Formulas | Drawing | Stage | Part
 
 @dataclass(frozen=True)
 class Section:
-    """A section of the page with a heading; the contents link to `anchor`."""
+    """A section of the page with a heading; the contents link to `anchor`, and blocks of `fold` are shown on demand."""
 
     anchor: str
     title: str
     blocks: Sequence[Block]
+    fold: bool = False
 
 
 @dataclass(frozen=True)
@@ -113,10 +113,10 @@ def page_text(page: Page) -> str:
     pictures += [picture for block in blocks if isinstance(block, Part) for picture in block.pictures]
     text = html.page(
         "report/page.html.j2",
-        {"typeset": typeset, "uri": uri, "numerals": numerals},
+        {"typeset": typeset, "numerals": numerals},
         page=page,
         styles=[_asset(name) for name in _STYLES],
-        scripts=[*map(_asset, _SCRIPTS), *map(Markup, dict.fromkeys(s.script for s in stages)), _asset("report.js")],
+        scripts=[_asset(name) for name in _SCRIPTS],
         licence=_asset("uplot/LICENSE"),
         data=_data(pictures, stages),
     )
@@ -139,11 +139,6 @@ def write_page(path: Path, page: Page) -> Path:
     return path
 
 
-def geometry_script() -> str:
-    """Return the script that draws the shapes of a system."""
-    return _asset("geometry.js")
-
-
 def _asset(name: str) -> Markup:
     return html.asset(f"report/{name}")
 
@@ -152,14 +147,9 @@ def _data(pictures: Sequence[Picture], stages: Sequence[Stage]) -> Markup:
     """Return the data of charts and animations."""
     data = {
         "charts": {p.name: p.chart for p in pictures if p.chart},
-        "scenes": {stage.name: scene_data(stage.drawn_by, stage.scene) for stage in stages},
+        "scenes": {stage.name: stage.scene for stage in stages},
     }
     return html.script_data(data)
-
-
-def uri(picture: Picture) -> str:
-    """Return the static picture as a data URL."""
-    return "data:image/png;base64," + base64.b64encode(picture.png).decode("ascii")
 
 
 def numerals(text: str) -> str:

@@ -13,15 +13,13 @@ from typing import TYPE_CHECKING
 from markupsafe import Markup
 
 from mehvar.base.errors import bad_value
-from mehvar.base.manifest import Manifest, Parameter
+from mehvar.base.manifest import Manifest
 from mehvar.codegen.equations.document import Document, Row
 from mehvar.codegen.equations.formula import Printer, SymbolNames
 from mehvar.codegen.equations.mathml import mathml
 from mehvar.codegen.equations.spelling import PAGE
-from mehvar.pictures.geometry import geometry_scene
 from mehvar.pictures.style import case_text, require_matplotlib
-from mehvar.reproduction.paper import has_paper, load_reproduction, result_picture
-from mehvar.reproduction.recorded import recorded_scene
+from mehvar.reproduction.paper import result_picture
 from mehvar.reproduction.runs import Runs as PaperRuns
 from mehvar.runtime.model.catalogue import find_model, is_installed
 from mehvar.runtime.model.generated import check_unedited
@@ -30,14 +28,13 @@ from mehvar.runtime.run.metrics import metrics, metrics_of
 from mehvar.runtime.run.options import OPTIONS
 from mehvar.runtime.run.results import to_dataset
 
-from .content import picture
-from .page import Drawing, Formulas, Section, Stage, Table, Text, geometry_script
-from .papers import paper_stage
+from .page import Drawing, Formulas, Section, Stage, Table, Text
+from .picture import picture
+from .scene import scene
+from .tables import model_tables
 
 if TYPE_CHECKING:
     import xarray as xr
-
-_MEANING = ("name", "unit", "meaning")
 
 
 def model_sections(model: Model) -> list[Section]:
@@ -53,9 +50,9 @@ def model_sections(model: Model) -> list[Section]:
     case = manifest.scenario(None)
     datasets = {law: to_dataset(runs(law, case.name)) for law in manifest.controllers}
     return [
-        *_animation(_model_stage(model, runs, datasets)),
+        *_animation(_stage(datasets, model)),
         *_derivation(manifest.folder),
-        _numbers(manifest),
+        Section("numbers", "Quantities and parameters", [Table(*table) for table in model_tables(manifest)]),
         *(_run(dataset, manifest, f"run-{law}", f"Run: {law}, {case.name}") for law, dataset in datasets.items()),
         _origin(manifest, next(iter(datasets.values())).attrs["versions"] if datasets else "{}"),
     ]
@@ -116,7 +113,7 @@ def run_sections(
 def run_stage(
     dataset: xr.Dataset, manifest: Manifest, model: Model | str | os.PathLike[str] | None = None
 ) -> Stage | None:
-    """Return the animation of a run by its paper or its model's geometry, or None without both.
+    """Return the animation of a run by its model's geometry, or None without one.
 
     The functions of `model` compute the points; default: the installed model, if it has the version of the run.
 
@@ -135,28 +132,16 @@ def run_stage(
         own = load(name)
     else:
         return None
-    if animated := recorded_scene(dataset, manifest):
-        return paper_stage(name, *animated, float(dataset["t"].values[-1]))
-    if not manifest.geometry:
-        return None
     title = f"{dataset.attrs['controller']}, {case_text(dataset.attrs)}"
-    return _geometry_stage({title: dataset}, own)
+    return _stage({title: dataset}, own)
 
 
-def _model_stage(model: Model, runs: PaperRuns, datasets: Mapping[str, xr.Dataset]) -> Stage | None:
-    """Return the animation of each law's run, or of the runs in the model's paper."""
-    name = model.manifest.model
-    if has_paper(name):
-        paper = load_reproduction(name)
-        until = max(float(dataset["t"].values[-1]) for dataset in datasets.values())
-        return paper_stage(name, paper, paper.scene(runs), until)
-    return _geometry_stage(datasets, model) if model.manifest.geometry and datasets else None
-
-
-def _geometry_stage(datasets: Mapping[str, xr.Dataset], model: Model) -> Stage:
-    name, shapes = model.manifest.model, ", ".join(shape.name for shape in model.manifest.geometry)
-    scene = geometry_scene(datasets, model)
-    return Stage(name, "Motion", f"Shown: {shapes}.", "geometry", geometry_script(), scene)
+def _stage(datasets: Mapping[str, xr.Dataset], model: Model) -> Stage | None:
+    shapes = model.manifest.geometry
+    if not shapes or not datasets:
+        return None
+    caption = f"Shown: {', '.join(shape.name for shape in shapes)}. Drag the picture to look from another side."
+    return Stage(model.manifest.model, "Motion", caption, scene(datasets, model))
 
 
 def _animation(stage: Stage | None) -> list[Section]:
@@ -188,28 +173,6 @@ def _formulas(rows: Sequence[Row], printer: Printer) -> Iterator[tuple[str, Mark
 def installed_derivation(model: str, digest: str) -> list[Section]:
     """Return the derivation of the installed model with this hash, or nothing."""
     return _derivation(find_model(model).folder) if is_installed(model, digest) else []
-
-
-def _numbers(manifest: Manifest) -> Section:
-    """Return the section with tables of a model's quantities, parameters and scenarios."""
-    quantities = (
-        ("States", manifest.states),
-        ("Inputs", manifest.inputs),
-        ("References", manifest.references),
-        ("Outputs", manifest.outputs),
-    )
-    tables = [Table(t, _MEANING, [(q.name, q.unit, q.description) for q in group]) for t, group in quantities]
-    tables.append(_parameters("Parameters of the plant", manifest.parameters))
-    tables += [_parameters(f"Law {law.name}: {law.title}", law.parameters) for law in manifest.controllers.values()]
-    tables.append(_parameters("Parameters of scenarios", manifest.scenario_parameters))
-    cases = [(s.name, f"{s.duration:g} s", s.title) for s in manifest.scenarios.values()]
-    tables.append(Table("Scenarios", ("name", "duration", "what it is"), cases))
-    return Section("numbers", "Quantities and parameters", tables)
-
-
-def _parameters(title: str, parameters: Sequence[Parameter]) -> Table:
-    rows = [(q.name, q.unit, q.formula or f"{q.default:g}", q.interval, q.description, q.source) for q in parameters]
-    return Table(title, ("name", "unit", "default", "allowed", "meaning", "source"), rows)
 
 
 def _run(dataset: xr.Dataset, manifest: Manifest, anchor: str, title: str) -> Section:

@@ -26,13 +26,11 @@ from mehvar.runtime.batch.evaluation.requirements import (
 )
 from mehvar.runtime.batch.evaluation.statistics import column, scalars
 from mehvar.runtime.batch.fill import used_threads
-from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.repeat import repetition
 from mehvar.runtime.batch.store.layout import STATUS
 from mehvar.runtime.batch.store.store import Store, open_store
 from mehvar.runtime.model.model import Model, load
 from mehvar.runtime.run.problem import COMPLETE
-from mehvar.runtime.run.user.law import PythonLaw
 
 _SHOWN = 3
 """Number of failures whose values are shown."""
@@ -105,16 +103,22 @@ def _rare(
 ) -> Verdicts:
     """Decide requirements with a search for rare failures."""
     _check_not_stored(batch, "the call")
-    if not _is_file(runs):
+    own, origin = None, "the call"
+    if isinstance(runs, Model) or not _is_file(runs):
         campaign, own = posed_batch(runs, **batch)
-        return RareVerdicts(runs, campaign, requirements or {}, confidence, threads, own, report)
-    check_file_determines(runs, batch)
-    file, origin = read_campaign(Path(str(runs))), str(runs)
-    _check_not_stored({name: str(value) for name, value in vars(file).items() if value is not None}, origin)
-    requirements = file.require if requirements is None else requirements
-    confidence = file.confidence if confidence is None else confidence
-    campaign = file.campaign(origin)
-    return RareVerdicts(file.model, campaign, requirements, confidence, threads, report=report, origin=origin)
+    else:
+        check_file_determines(runs, batch)
+        file, origin = read_campaign(Path(runs)), str(runs)
+        _check_not_stored({name: str(value) for name, value in vars(file).items() if value is not None}, origin)
+        requirements = file.require if requirements is None else requirements
+        confidence = file.confidence if confidence is None else confidence
+        runs, campaign = file.model, file.campaign(origin)
+    confidence = checked_confidence(confidence, origin)
+    model = runs if isinstance(runs, Model) else load(runs, "c")
+    threads = used_threads(threads, origin)
+    verdicts = decide_rare(model, campaign, requirements or {}, confidence, threads, own, report, origin)
+    title = f"{model.name} {campaign.controller} {campaign.scenario}: failures sought, seed {campaign.seed}"
+    return RareVerdicts(verdicts, title, confidence)
 
 
 def _check_not_stored(given: Mapping[str, object], origin: str) -> None:
@@ -241,29 +245,13 @@ class Verdicts:
 
 
 class RareVerdicts(Verdicts):
-    """Verdicts from a search for rare failures; arguments as for `decide_rare`."""
+    """Verdicts from a search for rare failures, under a title."""
 
-    def __init__(
-        self,
-        model: Model | str | os.PathLike[str],
-        campaign: Campaign,
-        requirements: Mapping[str, str],
-        confidence: float | None,
-        threads: int | None = None,
-        own: PythonLaw | None = None,
-        report: Progress | None = None,
-        origin: str = "the call",
-    ) -> None:
-        self.confidence = checked_confidence(confidence, origin)
-        loaded = model if isinstance(model, Model) else load(model, "c")
-        self._about = f"{loaded.name} {campaign.controller} {campaign.scenario}"
-        self._seed = campaign.seed
-        self._verdicts = decide_rare(
-            loaded, campaign, requirements, confidence, used_threads(threads, origin), own, report, origin
-        )
+    def __init__(self, verdicts: list[Verdict], title: str, confidence: float) -> None:
+        self._verdicts, self._about, self.confidence = verdicts, title, confidence
 
     def _title(self) -> str:
-        return f"{self._about}: failures sought, seed {self._seed}"
+        return self._about
 
     def _worst(self, verdict: Verdict) -> list[tuple[str, str]]:
         """Return the varied values of the worst failures."""

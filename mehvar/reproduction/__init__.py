@@ -18,6 +18,7 @@ from .claims import (
     above,
     below,
     count,
+    in_words,
     not_essential,
 )
 from .paper import Reproduction, read_reproduction
@@ -39,6 +40,7 @@ __all__ = [
     "above",
     "below",
     "count",
+    "in_words",
     "not_essential",
     "read_beyond",
     "read_data",

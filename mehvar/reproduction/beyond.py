@@ -6,28 +6,28 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING, TypeAlias
+from typing import TYPE_CHECKING
 
 from mehvar.base.names import identifier
 from mehvar.base.schema import read_data
 
-from .claims import Check, Checks, Claim, ClaimKind, ClaimText, Expected, decide
-from .paper import FigureCaption, PaperFigure, check_functions, load_reproduction, paper_part
+from .claims import Checks, Claim, ClaimKind, ClaimText, decide
+from .paper import (
+    Draw,
+    FigureCaption,
+    PaperFigure,
+    check_functions,
+    load_reproduction,
+    paper_figures,
+    paper_part,
+)
 from .runs import Runs
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from mehvar.base.manifest import Manifest
-
-BothChecks: TypeAlias = Callable[[Runs, Runs, Expected], Sequence[Check]]
-"""Function that runs the paper's model and its extension, and returns the checks of a claim."""
-BothFigure: TypeAlias = "Callable[[Runs, Runs], Figure]"
-"""Function that draws runs of the paper's model and its extension."""
 
 
 @dataclass(frozen=True)
@@ -53,37 +53,25 @@ class BeyondWords:
 
 @dataclass(frozen=True)
 class Beyond:
-    """An extension: its texts, and the functions that draw and check it.
+    """An extension: its texts, its figures, and the functions that check its claims.
 
     Attributes
     ----------
     words : BeyondWords
         Its `beyond.toml`.
-    draw : mapping
-        Functions that draw, by the number of the figure.
+    figures : tuple of PaperFigure
+        In the order of the texts.
     checks : mapping
         Functions that check, by the number of the claim.
     """
 
     words: BeyondWords
-    draw: Mapping[int, BothFigure]
-    checks: Mapping[str, BothChecks]
+    figures: tuple[PaperFigure, ...]
+    checks: Mapping[str, Checks]
 
-    def claims(self, paper: Runs, runs: Runs) -> list[Claim]:
+    def claims(self, runs: Runs) -> list[Claim]:
         """Return the claims, findings of our own, with verdicts."""
-        claims = decide(self.words.claim, self.checks_beside(paper), runs)
-        return [replace(claim, kind=ClaimKind.FINDING) for claim in claims]
-
-    def checks_beside(self, paper: Runs) -> dict[str, Checks]:
-        """Return the checks as functions of the extension's runs only."""
-        return {number: partial(check, paper) for number, check in self.checks.items()}
-
-    def figures(self, paper: Runs) -> list[PaperFigure]:
-        """Return the figures as functions of the extension's runs only."""
-        return [
-            PaperFigure(f.number, f.title, f.caption, partial(self.draw[f.number], paper), f.claims)
-            for f in self.words.figure
-        ]
+        return [replace(claim, kind=ClaimKind.FINDING) for claim in decide(self.words.claim, self.checks, runs)]
 
 
 @dataclass(frozen=True)
@@ -95,7 +83,7 @@ class Difference:
     beyond: str
 
 
-def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[str, BothChecks]) -> Beyond:
+def read_beyond(folder: Path, draw: Mapping[int, Draw], checks: Mapping[str, Checks]) -> Beyond:
     """Read a folder's `beyond.toml` and assign its functions.
 
     Parameters
@@ -103,7 +91,7 @@ def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[st
     folder : Path
         Folder of the paper.
     draw : mapping
-        Functions of the paper's runs and the extension's runs, by the number of the figure.
+        Functions of the extension's runs, whose `paper` has the paper's, by the number of the figure.
     checks : mapping
         Likewise, with the expected numbers, by the number of the claim.
 
@@ -114,9 +102,8 @@ def read_beyond(folder: Path, draw: Mapping[int, BothFigure], checks: Mapping[st
     """
     path = folder / "beyond.toml"
     words = read_data(path, BeyondWords)
-    check_functions(path, "figure", [figure.number for figure in words.figure], draw)
     check_functions(path, "claim", [text.number for text in words.claim], checks)
-    return Beyond(words, draw, checks)
+    return Beyond(words, paper_figures(path, words.figure, draw), checks)
 
 
 def load_beyond(model: str) -> Beyond | None:

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from enum import StrEnum
 from typing import TypeAlias
@@ -242,6 +242,8 @@ class ClaimText:
         return self.expected[name]
 
 
+Numbers: TypeAlias = "float | Collection[float]"
+"""A number, or those of several axes or runs."""
 Expected: TypeAlias = Callable[[str], float]
 """Expected numbers of a claim by name."""
 Checks: TypeAlias = Callable[[Runs, Expected], Sequence[Check]]
@@ -328,34 +330,51 @@ def count(what: str, expected: float, measured: float) -> Check:
     return Check(what, f"{expected:g} ± {COUNTS:g}", f"{measured:g}", abs(measured - expected) <= COUNTS)
 
 
-def below(what: str, bound: float, measured: float, unit: str = "") -> Check:
-    """Return a check that a number is below a bound.
+def below(what: str, bound: float, measured: Numbers, unit: str = "") -> Check:
+    """Return a check that a number, or each of several, is below a bound.
 
     Parameters
     ----------
     what : str
         The quantity.
-    bound, measured : float
-        Both numbers.
+    bound : float
+        The bound.
+    measured : float or collection of float
+        The numbers.
     unit : str
-        Of both.
+        Of all.
     """
-    return Check(what, f"< {bound:g} {unit}".strip(), f"{measured:.3g} {unit}".strip(), measured < bound)
+    holds = all(value < bound for value in _several(measured))
+    return Check(what, f"< {bound:g} {unit}".strip(), in_words(measured, unit), holds)
 
 
-def above(what: str, bound: float, measured: float, unit: str = "") -> Check:
-    """Return a check that a number is above a bound.
+def above(what: str, bound: float, measured: Numbers, unit: str = "") -> Check:
+    """Return a check that a number, or each of several, is above a bound; see `below`.
 
     Parameters
     ----------
-    what : str
-        The quantity.
-    bound, measured : float
-        Both numbers.
-    unit : str
-        Of both.
+    what, bound, measured, unit
+        As of `below`.
     """
-    return Check(what, f"> {bound:g} {unit}".strip(), f"{measured:.3g} {unit}".strip(), measured > bound)
+    holds = all(value > bound for value in _several(measured))
+    return Check(what, f"> {bound:g} {unit}".strip(), in_words(measured, unit), holds)
+
+
+def in_words(measured: Numbers, unit: str = "") -> str:
+    """Return a number, or several between strokes, with a unit.
+
+    Parameters
+    ----------
+    measured : float or collection of float
+        The numbers.
+    unit : str
+        Of all.
+    """
+    return f"{' / '.join(f'{value:.3g}' for value in _several(measured))} {unit}".strip()
+
+
+def _several(measured: Numbers) -> Collection[float]:
+    return measured if isinstance(measured, Collection) else (measured,)
 
 
 def not_essential(check: Check) -> Check:

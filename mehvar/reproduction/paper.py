@@ -3,7 +3,7 @@
 
 A folder papers/MODEL, beside models/, holds a paper's data:
 
-- captions.toml: citation, `cover` figure, titles and captions, the claims of each figure;
+- captions.toml: citation, `cover` figure, titles and captions, the claims of each figure, the runs of the animation;
 - claims.toml: each claim in words, its note, expected numbers, readings of damaged text;
 - statements.toml: counts of equations, tables and figures; sentences with the claims that they rest on;
 - expected.toml: the paper's table of numbers, if any;
@@ -12,14 +12,14 @@ A folder papers/MODEL, beside models/, holds a paper's data:
 
 A claim holds under a reading if its essential checks hold; a statement gets the verdict of its worst claim. Tests
 check that checks, expected values or parameters contain every number in a claim or caption. `reproduction.py` has a
-function for each figure and claim, and its REPRODUCTION binds them to the data; scene.js adds `Report.scenes.MODEL`.
+function for each figure and claim, and its REPRODUCTION binds them to the data.
 Figures with *time* as horizontal axis become charts.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 from types import ModuleType
 from typing import TYPE_CHECKING, TypeAlias
@@ -29,7 +29,6 @@ from mehvar.base.names import identifier
 from mehvar.base.schema import read_data
 from mehvar.codegen.workspace import Tree, find_tree, installed_tree, load_paper
 from mehvar.pictures.run import panels_picture
-from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style
 from mehvar.runtime.model.catalogue import is_installed
 
@@ -45,6 +44,9 @@ if TYPE_CHECKING:
     from mehvar.base.manifest import Manifest
 
     RunPicture: TypeAlias = Callable[[xr.Dataset, Manifest], Figure]
+
+Draw: TypeAlias = "Callable[[Runs], Figure]"
+"""Function that draws a figure from runs."""
 
 
 @dataclass(frozen=True)
@@ -64,12 +66,23 @@ class FigureCaption:
 
 
 @dataclass(frozen=True)
+class SceneRun:
+    """A run of the animation: its title, its law, and the settings that it has otherwise."""
+
+    title: str
+    law: str
+    set: Mapping[str, float | str] = field(default_factory=dict)
+
+
+@dataclass(frozen=True)
 class SceneCaption:
-    """Texts of the animation: title, a caption for any run, and the events `shown` in the paper's runs."""
+    """Texts of the animation, its runs of a scenario, and the variables of each panel beside it by title."""
 
     title: str
     caption: str
-    shown: str
+    signals: Mapping[str, tuple[str, ...]]
+    run: tuple[SceneRun, ...]
+    scenario: str = "paper"
 
 
 @dataclass(frozen=True)
@@ -104,7 +117,7 @@ class PaperFigure:
     number: int
     title: str
     caption: str
-    draw: Callable[[Runs], Figure]
+    draw: Draw
     claims: tuple[str, ...] = ()
     label: str = ""
 
@@ -127,8 +140,6 @@ class Reproduction:
         Checks of claims under other readings of the paper.
     more_claims : callable
         Returns further claims, such as the rows of a table.
-    scene : callable
-        Returns the animation of the paper's runs.
     picture : callable
         Draws any run of the model.
     """
@@ -142,13 +153,7 @@ class Reproduction:
     readings: Readings
     statements: Statements
     more_claims: Callable[[Runs], Sequence[Claim]]
-    scene: Callable[[Runs], Scene]
     picture: RunPicture
-
-    @property
-    def script(self) -> str:
-        """Script that draws the scene."""
-        return (self.folder / "scene.js").read_text(encoding="utf-8")
 
     def claims(self, runs: Runs) -> list[Claim]:
         """Return the paper's claims with verdicts."""
@@ -158,9 +163,8 @@ class Reproduction:
 def read_reproduction(
     folder: Path,
     *,
-    draw: Mapping[int, Callable[[Runs], Figure]],
+    draw: Mapping[int, Draw],
     checks: Mapping[str, Checks],
-    scene: Callable[[Runs], Scene],
     picture: RunPicture,
     readings: Readings | None = None,
     more_claims: Callable[[Runs], Sequence[Claim]] = lambda _: (),
@@ -175,8 +179,6 @@ def read_reproduction(
         Functions that draw, by the number of the figure.
     checks : mapping
         Functions that check, by the number of the claim.
-    scene : callable
-        Returns the animation of the paper's runs.
     picture : callable
         Draws any run of the model.
     readings : mapping, optional
@@ -190,26 +192,28 @@ def read_reproduction(
         If a file is invalid, or its figures or claims do not match the functions.
     """
     captions = read_data(folder / "captions.toml", Captions)
+    figures = paper_figures(folder / "captions.toml", captions.figure, draw, captions.lost_picture)
     texts = read_data(folder / "claims.toml", Claims).claim
-    check_functions(folder / "captions.toml", "figure", [figure.number for figure in captions.figure], draw)
     check_functions(folder / "claims.toml", "claim", [text.number for text in texts], checks)
     readings = readings or {}
     for text in texts:
         names = [reading.name for reading in text.reading]
         check_functions(folder / "claims.toml", f"claim {text.number}: reading", names, readings.get(text.number, {}))
-    figures = tuple(
-        PaperFigure(f.number, f.title, _caption(f, captions.lost_picture), draw[f.number], f.claims, f.label)
-        for f in captions.figure
-    )
     study = read_data(folder / "study.toml", Study)
     statements = read_data(folder / "statements.toml", Statements)
-    return Reproduction(
-        folder, captions, study, figures, texts, checks, readings, statements, more_claims, scene, picture
-    )
+    return Reproduction(folder, captions, study, figures, texts, checks, readings, statements, more_claims, picture)
 
 
-def _caption(figure: FigureCaption, lost_picture: str) -> str:
-    return f"{figure.caption} {lost_picture}" if figure.lost else figure.caption
+def paper_figures(
+    path: Path, captions: Sequence[FigureCaption], draw: Mapping[int, Draw], lost_picture: str = ""
+) -> tuple[PaperFigure, ...]:
+    """Return the figures of a file with the functions that draw them."""
+    check_functions(path, "figure", [text.number for text in captions], draw)
+    return tuple(
+        PaperFigure(text.number, text.title, f"{text.caption} {lost_picture}" if text.lost else text.caption,
+                    draw[text.number], text.claims, text.label)
+        for text in captions
+    )  # fmt: skip
 
 
 def check_functions(path: Path, kind: str, numbers: Sequence[object], functions: Iterable[object]) -> None:

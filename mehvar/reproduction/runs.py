@@ -33,12 +33,14 @@ class Runs:
     ----------
     model : Model
         The model.
+    paper : Runs
+        Loops of the paper's model, beside which those of an extension run; else these loops.
     compile_seconds, run_seconds : float
         Total times for compiling or loading code, and for integration.
     """
 
-    def __init__(self, model: Model) -> None:
-        self.model = model
+    def __init__(self, model: Model, paper: Runs | None = None) -> None:
+        self.model, self.paper = model, paper or self
         self.compile_seconds = 0.0
         self.run_seconds = 0.0
         self._runs: dict[tuple[object, ...], Run] = {}
@@ -114,7 +116,7 @@ class _OtherRuns(Runs):
     """Loops with further settings and the same cache."""
 
     def __init__(self, runs: Runs, settings: Mapping[str, Any]) -> None:
-        super().__init__(runs.model)
+        super().__init__(runs.model, runs.paper)
         self._base, self._settings = runs, settings
 
     def __call__(

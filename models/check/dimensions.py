@@ -89,14 +89,6 @@ def _check_units(system: System, vectors: Iterable[Vector]) -> None:
     for step in system.definitions_in_order:
         with placed(f"{step.origin}: definition {step.symbol.name!r}"):
             dimension(step.unit or "1")
-    for law in system.controllers:
-        clock = next((q for q in system.parameters if q.name == law.period), None)
-        count, multiple = (next((q for q in law.parameters if q.name == n), None) for n in (law.delay, law.every))
-        for what, q, unit in (("period", clock, "s"), ("delay", count, "1"), ("every", multiple, "1")):
-            if q and dimension(q.unit) != dimension(unit):
-                raise ModelError(
-                    f"{law.origin}: {what} = {q.name!r} of law {law.name!r} has the unit {q.unit}: must be {unit}"
-                )
 
 
 @contextlib.contextmanager

@@ -12,12 +12,15 @@ import sympy as sp
 from mehvar.base import capabilities
 from mehvar.base.capabilities import Feature, Names
 from mehvar.base.errors import either, suggestion
+from mehvar.base.intervals import Interval
 from mehvar.base.manifest import SHAPE_COLORS, SHAPE_KINDS
+from mehvar.base.units import dimension
 
 from ..forms import algebraic_rows, has_rates
 from ..quantities import Group, Located, ModelError, Parameter
 from ..system import Condition, Controller, System, Variant
 from ..tables import check_names
+from .dimensions import placed
 from .events import check_events
 from .names import check_distinct
 
@@ -122,29 +125,23 @@ def _check_law(law: Controller) -> None:
 
 
 def _check_times(system: System, law: Controller) -> None:
-    """Refuse a law whose period, delay or sample count is not a parameter."""
-    for what, name, group in (
-        ("period", law.period, system.parameters), ("delay", law.delay, law.parameters),
-        ("every", law.every, law.parameters),
-    ):  # fmt: skip
-        names = [q.name for q in group]
-        if name and name not in names:
-            raise ModelError(
-                f"{law.origin}: {what} = {name!r} of law {law.name!r} is not a parameter of group {group.name!r}"
-                f"{suggestion(name, names)}"
-            )
-    clock = next((q for q in system.parameters if q.name == law.period), None)
-    if isinstance(clock, Parameter) and not clock.bounds.positive:
-        raise ModelError(
-            f"{law.origin}: period = {law.period!r} of law {law.name!r} has the bounds {clock.bounds}: all values "
-            "must be above zero, as in (0, inf)"
-        )
-    multiple = next((q for q in law.parameters if q.name == law.every), None)
-    if isinstance(multiple, Parameter) and not multiple.bounds.lower >= 1:
-        raise ModelError(
-            f"{law.origin}: every = {law.every!r} of law {law.name!r} has the bounds {multiple.bounds}: its lower "
-            "bound must be at least 1, as in [1, inf)"
-        )
+    """Refuse a law whose period, delay or sample count is no parameter, or has another unit or values."""
+    for what, name, group, unit, least, example in (
+        ("period", law.period, system.parameters, "s", "above zero", "(0, inf)"),
+        ("delay", law.delay, law.parameters, "1", "", ""),
+        ("every", law.every, law.parameters, "1", "at least 1", "[1, inf)"),
+    ):
+        where, own = f"{law.origin}: {what} = {name!r} of law {law.name!r}", {q.name: q for q in group}
+        if not name:
+            continue
+        if name not in own:
+            raise ModelError(f"{where} is not a parameter of group {group.name!r}{suggestion(name, own)}")
+        q = own[name]
+        with placed(where):
+            if dimension(q.unit) != dimension(unit):
+                raise ModelError(f"{where} has the unit {q.unit}: must be {unit}")
+        if example and isinstance(q, Parameter) and q.bounds.common(Interval.parse(example)) != q.bounds:
+            raise ModelError(f"{where} has the bounds {q.bounds}: all values must be {least}, as in {example}")
 
 
 def _check_noise(system: System) -> None:

@@ -16,10 +16,12 @@ from ..system import Controller, Expr, System
 from ..tables import check_names, check_scenario_numbers, check_values, place_of
 from .formulas import formulas
 from .names import check_distinct
-from .vectors import Vector
+from .vectors import Vector, located_groups
 
 _NAME = re.compile(r"[A-Za-z0-9][A-Za-z0-9_.-]*")
 """Pattern for names of scenarios, which occur in commands and file names."""
+_MAY_BE_IDLE = ("state", "parameter", "scenario parameter", "coordinate", "input of the chart")
+"""Groups whose quantities need no reader, or are checked by name."""
 
 
 def check_scenarios(system: System, vectors: Iterable[Vector], folder: Path | None = None) -> None:
@@ -64,20 +66,10 @@ def _check_symbols_used(system: System, vectors: list[Vector]) -> None:
         v for v in vectors if v.what in {"rhs", "output"} or not any(v.entries == group.symbols for group in v.receives)
     ]
     used = free_symbols((e for v in reading for e in v.entries), system.definitions)
-    groups = [("input", system.inputs, system.origin), ("reference", system.references, system.origin)]
-    if system.actuator:
-        groups.append(("commanded input", system.actuator.commanded, system.actuator.origin))
-    if system.sensor:
-        groups.append(("noise", system.sensor.noise, system.sensor.origin))
-        groups.append(("measured quantity", system.sensor.seen, system.sensor.origin))
-    if system.diffusion:
-        groups.append(("Wiener process", system.diffusion.wiener, system.diffusion.origin))
-    if system.random_step:
-        groups.append(("noise of the random step", system.random_step.noise, system.random_step.origin))
-    for kind, group, origin in groups:
-        for q in group:
+    for kind, group, part in located_groups(system):
+        for q in group if kind not in _MAY_BE_IDLE else ():
             if q.symbol not in used:
-                raise ModelError(f"{origin}: {kind} {q.name!r} would be ignored: no expression contains it")
+                raise ModelError(f"{part.origin}: {kind} {q.name!r} would be ignored: no expression contains it")
     for law in system.controllers:  # applied inputs come as a whole group, of which a law may need only one
         if len(law.applied) and not used.intersection(law.applied.symbols):
             raise ModelError(f"{law.origin}: applied of law {law.name!r} would be ignored: no expression contains it")

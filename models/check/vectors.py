@@ -15,7 +15,7 @@ from ..derivation import free_symbols
 from ..events import Event
 from ..forms import mass_rows
 from ..geometry import shape_coordinates
-from ..quantities import TIME, Group, ModelError, Quantity
+from ..quantities import TIME, Group, Located, ModelError, Quantity
 from ..system import Condition, Controller, Coordinates, Expr, Function, System, Variant
 
 
@@ -90,24 +90,26 @@ def vectors(system: System) -> list[Vector]:
 
 def system_groups(system: System) -> list[tuple[str, Group]]:
     """Return the groups whose symbols may occur in any expression, with their names in messages."""
-    groups = [
-        ("state", system.states),
-        ("input", system.inputs),
-        ("reference", system.references),
-        ("parameter", system.parameters),
-        ("scenario parameter", system.scenario_parameters),
-    ]
-    if system.coordinates:
-        groups += [("coordinate", system.coordinates.states), ("input of the chart", system.coordinates.inputs)]
-    if system.actuator:
-        groups.append(("commanded input", system.actuator.commanded))
-    if system.sensor:
-        groups += [("noise", system.sensor.noise), ("measured quantity", system.sensor.seen)]
-    if system.diffusion:
-        groups.append(("Wiener process", system.diffusion.wiener))
-    if system.random_step:
-        groups.append(("noise of the random step", system.random_step.noise))
-    return groups
+    return [(kind, group) for kind, group, _ in located_groups(system)]
+
+
+def located_groups(system: System) -> list[tuple[str, Group, Located]]:
+    """Return these groups with the part of the system that declares each."""
+    rows: tuple[tuple[str, Located | None, str], ...] = (
+        ("state", system, "states"),
+        ("input", system, "inputs"),
+        ("reference", system, "references"),
+        ("parameter", system, "parameters"),
+        ("scenario parameter", system, "scenario_parameters"),
+        ("coordinate", system.coordinates, "states"),
+        ("input of the chart", system.coordinates, "inputs"),
+        ("commanded input", system.actuator, "commanded"),
+        ("noise", system.sensor, "noise"),
+        ("measured quantity", system.sensor, "seen"),
+        ("Wiener process", system.diffusion, "wiener"),
+        ("noise of the random step", system.random_step, "noise"),
+    )
+    return [(kind, getattr(part, name), part) for kind, part, name in rows if part is not None]
 
 
 def law_groups(law: Controller) -> list[tuple[str, Group]]:
@@ -181,31 +183,19 @@ def _hardware(system: System) -> Iterator[Vector]:
     if system.coordinates:
         yield from _chart(system, system.coordinates)
     if system.actuator:
-        part = system.actuator
-        yield _alike("commanded of the actuator", part.commanded, u, part.origin)
-        yield Vector(
-            "applied of the actuator", part.applied, u.quantities, (x, part.commanded, p), part.origin,
-            of_time=True, group="inputs",
-        )  # fmt: skip
-    if system.sensor:
-        sensor = system.sensor
-        receives = (x, sensor.noise, p)
-        yield Vector(
-            "measured of the sensor", sensor.measured, system.seen.quantities, receives, sensor.origin,
-            of_time=True, group="measured quantities" if len(sensor.seen) else "states",
-        )  # fmt: skip
-    if system.diffusion:
-        noise = system.diffusion
-        yield Vector(
-            "change of the diffusion", noise.change, x.quantities, (x, noise.wiener, p), noise.origin,
-            of_time=True, group="states",
-        )  # fmt: skip
-    if system.random_step:
-        step = system.random_step
-        yield Vector(
-            "after of the random step", step.after, x.quantities, (x, step.noise, p), step.origin,
-            of_time=True, group="states",
-        )  # fmt: skip
+        yield _alike("commanded of the actuator", system.actuator.commanded, u, system.actuator.origin)
+    measured = "measured quantities" if system.sensor and len(system.sensor.seen) else "states"
+    rows: tuple[tuple[Located | None, str, str, Group, str, str], ...] = (
+        (system.actuator, "applied", "commanded", u, "actuator", "inputs"),
+        (system.sensor, "measured", "noise", system.seen, "sensor", measured),
+        (system.diffusion, "change", "wiener", x, "diffusion", "states"),
+        (system.random_step, "after", "noise", x, "random step", "states"),
+    )
+    for part, name, noise, of, what, group in rows:
+        if part is not None:
+            receives = (x, getattr(part, noise), p)
+            where = f"{name} of the {what}"
+            yield Vector(where, getattr(part, name), of.quantities, receives, part.origin, True, group=group)
     if system.projection:
         q = system.coordinates.states if system.coordinates else x
         yield Vector(

@@ -8,19 +8,19 @@ next sample: the current command, or with a delay of one sample the previous com
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import replace
 from fractions import Fraction
 
 import sympy as sp
 
 from mehvar.base.names import identifier
-from mehvar.base.units import Dimension, dimension, unit_text
+from mehvar.base.units import dimension, product, unit_text
 
 from ..derivation import Derivation, Expr, used_definitions
 from ..quantities import EMPTY, Group, ModelError, Parameter, Quantity
 from ..system import Condition, Controller, Output, System
-from .factors import Define, Factors, above
+from .factors import Define, Factors
 
 HALF = sp.Rational(1, 2)
 NODES = (sp.S.Zero, HALF, HALF, sp.S.One)
@@ -39,7 +39,7 @@ class ExtendedFilter:
         self.derivation.section(f"Estimates of law {law.name}")
         self.period = next(q.symbol for q in system.parameters if q.name == law.period)
         self.memory: dict[Quantity, tuple[Expr, Expr]] = {}
-        states, size = system.states, len(system.states)
+        states = system.states
         self.parameters: list[Parameter] = []
         self.prior, squares = [], []
         for q in states:
@@ -49,16 +49,7 @@ class ExtendedFilter:
             deviation = self.number(f"{q.name}_dev_0", deviation, q.unit, text, "[0, inf)")
             self.prior.append(self.keep(f"{q.name}_est", q.unit, f"estimate of {q.description}", mean))
             squares.append(deviation**2)
-        units = [dimension(q.unit) for q in states]
-        diagonal = [
-            self.keep(f"est_D{k + 1}", product(unit, unit, 1), f"entry {k + 1} of D", square)
-            for k, (unit, square) in enumerate(zip(units, squares, strict=True))
-        ]
-        entries = {
-            (i, j): self.keep(f"est_U{i + 1}{j + 1}", product(units[i], units[j], -1), f"entry {i + 1}, {j + 1} of U")
-            for i, j in above(size)
-        }
-        self.factors = Factors.of(entries, diagonal)
+        self.factors = Factors.kept(lambda name, *of: self.keep(f"est_{name}", *of), [q.unit for q in states], squares)
         self.delay: Quantity = Parameter("est_delay", "1", "samples until a command acts", default=0.0)
         own = [q for q in law.parameters if q.name == law.delay]
         if own:
@@ -68,10 +59,10 @@ class ExtendedFilter:
         self.nis = self.keep("est_nis", "1", "squared innovation over its variance, summed")
         self.last = [self.keep(f"{q.name}_last", q.unit, f"{q.description}, of this sample") for q in system.inputs]
 
-    def keep(self, name: str, unit: str, meaning: str, begin: Expr = sp.S.Zero) -> sp.Symbol:
+    def keep(self, name: str, unit: str, meaning: str, begin: Expr | float = 0) -> sp.Symbol:
         """Add a number to the memory of the law."""
         quantity = Quantity(name, unit, meaning)
-        self.memory[quantity] = begin, quantity.symbol
+        self.memory[quantity] = sp.sympify(begin), quantity.symbol
         return quantity.symbol
 
     def number(self, name: str, value: Expr | float, unit: str, meaning: str, bounds: str = "(-inf, inf)") -> Expr:
@@ -135,19 +126,17 @@ class ExtendedFilter:
         values, rows = at.values(sensor.measured), at.jacobian(sensor.measured, self.of.states.symbols)
         errors = at.jacobian(sensor.measured, sensor.noise.symbols)
         self._check(errors)
-        correction, factors, terms = sp.zeros(len(self.prior), 1), self.factors, []
-        for k, (seen, value) in enumerate(zip(self.of.seen.symbols, values, strict=True)):
-            define, row = self.stage(f"seen{k + 1}"), rows.row(k)
-            variance = define("R", sp.Add(*(e**2 for e in errors.row(k))), "variance of the noise")
-            factors, product, over = factors.measured(define, list(row), variance)
-            innovation = define("innovation", seen - value - row.dot(correction), "innovation")
-            share = define("share", innovation * over, "innovation over its variance")
-            total = correction + share * sp.Matrix(product)
-            correction = sp.Matrix([define(f"x{i + 1}", entry, "correction") for i, entry in enumerate(total)])
-            terms.append(innovation * share)
+
+        def measurements() -> Iterator[tuple[str, list[Expr], Expr, Expr]]:
+            for k, (seen, value) in enumerate(zip(self.of.seen.symbols, values, strict=True)):
+                squares = sp.Add(*(e**2 for e in errors.row(k)))
+                variance = self.stage(f"seen{k + 1}")("R", squares, "variance of the noise")
+                yield f"seen{k + 1}", list(rows.row(k)), variance, seen - value
+
+        correction, factors, nis = self.factors.corrected(self.stage, measurements())
         define = self.stage("after")
         pairs = zip(self.of.states, self.prior, correction, strict=True)
-        return [define(q.name, x + c, f"estimate of {q.name}") for q, x, c in pairs], factors, sp.Add(*terms)
+        return [define(q.name, x + c, f"estimate of {q.name}") for q, x, c in pairs], factors, nis
 
     def _check(self, errors: sp.Matrix) -> None:
         """Refuse measurements without noise, and measurements with common noise."""
@@ -197,7 +186,8 @@ class ExtendedFilter:
         turn, columns = sp.eye(size), []
         for k, q in enumerate(self.of.states):
             if q.name in self.noise:
-                unit, meaning = product(dimension(q.unit), {"s": Fraction(1, 2)}, -1), f"density of noise of {q.name}"
+                unit = unit_text(product((dimension(q.unit), 1), (dimension("s"), Fraction(-1, 2))))
+                meaning = f"density of noise of {q.name}"
                 density = self.number(f"{q.name}_noise", self.noise[q.name], unit, meaning, "[0, inf)")
                 columns.append((sp.eye(size)[:, k], density**2 * t))
         if self.of.diffusion:
@@ -269,11 +259,6 @@ def _named(define: Define, name: str, matrix: sp.Matrix, title: str) -> sp.Matri
     """Return a matrix whose entries have names."""
     rows, columns = matrix.shape
     return sp.Matrix(rows, columns, lambda i, j: define(f"{name}{i + 1}_{j + 1}", matrix[i, j], title))
-
-
-def product(one: Dimension, other: Dimension, power: int) -> str:
-    """Return the unit of a product or a quotient."""
-    return unit_text({base: one.get(base, 0) + power * other.get(base, Fraction()) for base in {**one, **other}})
 
 
 def _smooth(slope: Expr) -> Expr:

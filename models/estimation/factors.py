@@ -8,13 +8,16 @@ in Control and Dynamic Systems 16 (1980) 177 (noise, by weighted Gram-Schmidt). 
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 import sympy as sp
 
+from mehvar.base.units import dimension, product, unit_text
+
 from ..derivation import Expr
 
+Keep = Callable[[str, str, str, Expr | float], sp.Symbol]
 Define = Callable[[str, Expr, str], Expr]
 """Function that names an expression; its arguments are name, expression and title."""
 
@@ -25,6 +28,32 @@ class Factors:
 
     upper: sp.Matrix
     diagonal: tuple[Expr, ...]
+
+    @classmethod
+    def kept(cls, keep: Keep, units: Sequence[str], variances: Sequence[Expr]) -> Factors:
+        """Keep the factors of a diagonal covariance in a law's memory.
+
+        Parameters
+        ----------
+        keep : callable
+            Adds a number to the memory, by name, unit, meaning and start.
+        units : sequence of str
+            Of the estimated quantities.
+        variances : sequence of Expr
+            Of these at the start.
+        """
+        of = [dimension(unit) for unit in units]
+        diagonal = [
+            keep(f"D{k}", unit_text(product((unit, 2))), f"covariance U D U', entry {k} of D", variance)
+            for k, (unit, variance) in enumerate(zip(of, variances, strict=True), 1)
+        ]
+        entries = {
+            (i, j): keep(
+                f"U{i + 1}{j + 1}", unit_text(product((of[i], 1), (of[j], -1))), f"entry {i + 1}, {j + 1} of U", 0
+            )
+            for i, j in above(len(of))
+        }
+        return cls.of(entries, diagonal)
 
     @property
     def above(self) -> dict[tuple[int, int], Expr]:
@@ -134,6 +163,29 @@ class Factors:
             product.append(scaled)
             alpha = total
         return Factors.of(entries, diagonal), product, over
+
+    def corrected(
+        self, stage: Callable[[str], Define], measurements: Iterable[tuple[str, Sequence[Expr], Expr, Expr]]
+    ) -> tuple[sp.Matrix, Factors, Expr]:
+        """Return the correction of the estimates, the factors and the normalised innovation squared.
+
+        Parameters
+        ----------
+        stage : callable
+            Returns the function that names the expressions of a measurement.
+        measurements : iterable of (str, sequence of Expr, Expr, Expr)
+            Each with a name, h, the variance of the noise, and the difference from the value before all measurements.
+        """
+        correction, factors, terms = sp.zeros(len(self.diagonal), 1), self, []
+        for name, row, variance, difference in measurements:
+            define = stage(name)
+            factors, gain, over = factors.measured(define, row, variance)
+            innovation = define("innovation", difference - sp.Matrix(row).dot(correction), "innovation")
+            share = define("share", innovation * over, "innovation over its variance")
+            total = correction + share * sp.Matrix(gain)
+            correction = sp.Matrix([define(f"x{i}", entry, "correction") for i, entry in enumerate(total, 1)])
+            terms.append(innovation * share)
+        return correction, factors, sp.Add(*terms)
 
     def chosen(self, define: Define, other: Factors, when: sp.Rel) -> Factors:
         """Return the factors `other` where a condition holds, and these factors elsewhere."""

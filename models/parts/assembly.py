@@ -149,45 +149,15 @@ def moved(craft: Craft, loads: Sequence[Load] = (), unknowns: Sequence[int] = ra
     loads : sequence of Load
         On the hub, besides those of the parts.
     unknowns : sequence of int
-        As of `accelerations`.
-
-    Returns
-    -------
-    list of Motion
-        For each part.
-    """
-    added, names = contributions(craft), [part.name for part, _ in craft.parts]
-    craft.frame.derivation.section("Accelerations")
-    return accelerations(craft.frame, names, added, unknowns, loads)
-
-
-def accelerations(
-    frame: Frame,
-    names: Sequence[str],
-    parts: Sequence[Contribution],
-    unknowns: Sequence[int],
-    loads: Sequence[Load] = (),
-) -> list[Motion]:
-    """Solve the equations of an assembly for its accelerations.
-
-    Parameters
-    ----------
-    frame : Frame
-        The axes of the hub; receives the steps.
-    names : sequence of str
-        Of the parts.
-    parts : sequence of Contribution
-        Contribution of each part.
-    unknowns : sequence of int
         Indices of the components of a (0 to 2) and W' (3 to 5) that are not structurally zero.
-    loads : sequence of Load
-        On the hub, besides those of the parts.
 
     Returns
     -------
     list of Motion
         For each part, with its own accelerations.
     """
+    frame, names, parts = craft.frame, [part.name for part, _ in craft.parts], contributions(craft)
+    frame.derivation.section("Accelerations")
     reduced = [_reduced(frame, name, part) for name, part in zip(names, parts, strict=True)]
     sums = _sums(frame, parts, reduced)
     rigid = _without_followers(frame, names, parts, sums)
@@ -364,7 +334,7 @@ def _by_pulls(
     for k in keep[1]:
         value, title = inverse.row(k).dot(moment), f"angular acceleration{without}, {AXES[k]}"
         turning[k] = frame.define(f"{free}_alpha{AXES[k]}", value, title, "rad/s^2")
-    pulls = _Pulls(frame, names, parts, rigid.centre, over, inverse)
+    pulls = _Pulls(frame, names, parts, rigid.centre, inverse, sp.diag(*(int(k in keep[0]) for k in range(3))))
     return pulls.solved(Motion(frame, rigid.centre, linear, turning), rigid.mass)
 
 
@@ -386,13 +356,16 @@ def _inverse(frame: Frame, inertia: sp.Matrix, unknowns: Sequence[int]) -> sp.Ma
 
 
 class _Pulls:
-    """Equations of the followers' pulls over mass: a = a_free - sum tau e, W' = W'_free - sum N (r x e) m tau."""
+    """Equations of the followers' pulls over mass: a = a_free - sum P e tau, W' = W'_free - sum N (r x e) m tau.
+
+    P (`moves`) projects on the axes along which the hub can move: all of them, or those of the plane of motion.
+    """
 
     def __init__(
         self, frame: Frame, names: Sequence[str], parts: Sequence[Contribution],
-        centre: sp.Matrix, over: Expr, inverse: sp.Matrix,
+        centre: sp.Matrix, inverse: sp.Matrix, moves: sp.Matrix,
     ) -> None:  # fmt: skip
-        self.frame, self.inverse, self.over = frame, inverse, over
+        self.frame, self.inverse, self.moves = frame, inverse, moves
         self.counts = [len(part.followers) for part in parts]
         named = [(name, k, f) for name, part in zip(names, parts, strict=True) for k, f in enumerate(part.followers)]
         self.names = [f"{name}_{k + 1}" for name, k, _ in named]
@@ -425,7 +398,8 @@ class _Pulls:
             for name, value, f in zip(self.names, tau, self.followers, strict=True)
         ]
         turned = [lever * pull for lever, pull in zip(levers, pulls, strict=True)]
-        linear = frame.vector("hub_a", free.linear - sum(pulls, ZERO), "acceleration of the centre of mass", "m/s^2")
+        pushed = free.linear - self.moves * sum(pulls, ZERO)
+        linear = frame.vector("hub_a", pushed, "acceleration of the centre of mass", "m/s^2")
         angular = frame.vector("hub_alpha", free.angular - sum(turned, ZERO), "angular acceleration", "rad/s^2")
         rest = iter(mass * t for t in tau)
         return Motion(frame, free.centre, linear, angular), [tuple(itertools.islice(rest, n)) for n in self.counts]
@@ -439,7 +413,7 @@ class _Pulls:
         """Return the deceleration of point i along its direction by the pull j."""
         names = f"{self.names[i]}_{self.names[j]}"
         share = cross_matrix(self.arms[i]).T * lever
-        share = (share + share.T) / 2 if i == j else share + sp.eye(3)
+        share = (share + share.T) / 2 + self.moves - sp.eye(3) if i == j else share + self.moves
         named = self.frame.matrix(f"{names}_c", share, f"{names}: share")
         value = self.followers[i].along.dot(named * self.followers[j].along)
         if i == j:  # a direction has the length one

@@ -21,7 +21,7 @@ from ..geometry import Shape
 from ..quantities import Group, ModelError, Parameter, Quantity, caller
 from ..system import Actuator, Condition, Controller, System
 from ..tables import check_names
-from .assembly import accelerations, contributions, mount
+from .assembly import contributions, mount, moved
 from .charts import ANGLES, CHARTS, Chart, PlaneChart
 from .control import Law, LawText
 from .environment import Orbit
@@ -131,8 +131,8 @@ class Spacecraft:
             )
         parameters = Parameters(self._plant.quantities)  # a copy: deriving the craft declares those of its parts
         others = [value for f in fields(part) if isinstance(value := getattr(part, f.name), Part)]  # as of a filter
-        (*_, at) = self._mounted(Derivation(), [*others, part], parameters)
-        self._check_defaults(part.constraints(at), parameters)
+        craft = self._mounted(Derivation(), [*others, part], parameters)
+        self._check_defaults(part.constraints(craft.parts[-1][1]), parameters)
         self.parts.append(part)
         return part
 
@@ -199,7 +199,7 @@ class Spacecraft:
             If a name is unknown, or the craft has no parts.
         """
         derivation = Derivation()
-        craft, numbers = self._all_mounted(derivation)[0].craft, self._numbers(values)
+        craft, numbers = self._whole(derivation), self._numbers(values)
         whole, shapes = craft.whole(), craft.picture(set(numbers), {})
         if whole.mass != 0:
             centre = craft.turn.T * whole.first / whole.mass
@@ -222,8 +222,7 @@ class Spacecraft:
             For each point, states, inputs and parameters that differ from start and defaults.
         """
         derivation = Derivation()
-        mounted = self._all_mounted(derivation)
-        rows = [terms(part, at) for part, at in zip(self.parts, mounted, strict=True)]
+        rows = [terms(part, at) for part, at in self._whole(derivation).parts]
         flat = [entry for row in rows for entry in row]
         points = (iter(_evaluated(flat, derivation, self._numbers(values))) for values in given)
         return [[[float(next(results)) for _ in row] for row in rows] for results in points]
@@ -264,16 +263,14 @@ class Spacecraft:
             bounds, or a law branches on a symbol.
         """
         derivation = Derivation()
-        mounted = self._all_mounted(derivation)
-        rhs, motions = self._rhs(mounted, derivation)
+        craft = self._whole(derivation)
+        rhs, motions = self._rhs(craft)
         states = self._states()
-        actuator, controllers = self._actuator(mounted), self._controllers(mounted[0].craft)
-        constraints = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.constraints(at))
+        actuator, controllers = self._actuator(craft), self._controllers(craft)
+        constraints = tuple(c for part, at in craft.parts for c in part.constraints(at))
         self._check_defaults(constraints, self._plant)
-        events = tuple(e for part, at in zip(self.parts, mounted, strict=True) for e in part.events(at))
-        limits = tuple(c for part, at in zip(self.parts, mounted, strict=True) for c in part.limits(at))
-        limits += self.chart.limits()
-        craft = mounted[0].craft
+        events = tuple(e for part, at in craft.parts for e in part.events(at))
+        limits = (*(c for part, at in craft.parts for c in part.limits(at)), *self.chart.limits())
         sensor, random = measuring(craft.parts), drifting(craft.parts, states)
         if sensor:
             controllers += (
@@ -286,7 +283,7 @@ class Spacecraft:
         users = (actuator, controllers, sensor, random, events, limits)
         self._refuse_idle(free_symbols((*rhs, *expressions(users)), derivation.definitions))
         velocity = self._components(self._velocity) if self._velocity else None
-        functions = readings(self.parts, mounted, motions, velocity, self.motion == "plane")
+        functions = readings(craft, motions, velocity, self.motion == "plane")
         used = free_symbols((*rhs, *expressions((users, functions))), derivation.definitions)
         self._refuse_unused(used)
         x, u, p = families(
@@ -328,7 +325,7 @@ class Spacecraft:
             return
         derivation = Derivation()
         spent: set[sp.Symbol] = set()
-        for part, at in zip(self.parts, self._all_mounted(derivation), strict=True):
+        for part, at in self._whole(derivation).parts:
             given = {name: free_symbols(expressions(v), derivation.definitions) for name, v in vars(at.values).items()}
             spent |= free_symbols(expressions(vars(part)), {}).union(*given.values())
             lost = {name for name, of in given.items() if of and of <= idle}
@@ -349,49 +346,45 @@ class Spacecraft:
                 shown = [float(value.xreplace(symbols)) for value in condition.shown]
                 raise ModelError(f"{self.name}: {condition.message.format(*shown, **names)}")
 
-    def _rhs(self, mounted: Sequence[Mounted], derivation: Derivation) -> tuple[tuple[Expr, ...], list[Motion]]:
+    def _rhs(self, craft: Craft) -> tuple[tuple[Expr, ...], list[Motion]]:
         """Derive the rates of all states, and the motion of the parts."""
-        frame, added = mounted[0].frame, contributions(mounted[0].craft)
+        frame, added = craft.frame, contributions(craft)
         if all(c.mass == 0 for c in added):
             raise ModelError(f"{self.name} has no mass: add a Hub")
         for axis in (k - 3 for k in MOTIONS[self.motion] if k > 2):
             if all(c.inertia[axis, axis] == 0 and c.matrix.is_zero_matrix and not c.followers for c in added):
                 text = "give the Hub one, or mount mass off the axis"
                 raise ModelError(f"{self.name} has no inertia about {AXES[axis]}: {text}")
-        derivation.section("Accelerations")
-        motions = accelerations(frame, [part.name for part in self.parts], added, list(MOTIONS[self.motion]))
-        derivation.section("Rates")
-        own = [part.rates(at, motion) for part, at, motion in zip(self.parts, mounted, motions, strict=True)]
+        motions = moved(craft, unknowns=MOTIONS[self.motion])
+        frame.derivation.section("Rates")
+        own = [part.rates(at, motion) for (part, at), motion in zip(craft.parts, motions, strict=True)]
         linear = motions[0].origin - frame.rate.cross(self._components(self._velocity))
         angular = motions[0].angular
         hub = dict(zip((q.name for q in (*_VELOCITY, *_RATE)), (*linear, *angular), strict=True))
         rates = [hub[q.name] for q in (*self._velocity, *self._rate)]
         return (*rates, *self.chart.rates(frame), *(entry for entries in own for entry in entries)), motions
 
-    def _all_mounted(self, derivation: Derivation) -> list[Mounted]:
+    def _whole(self, derivation: Derivation) -> Craft:
         if not self.parts:
             raise ModelError(f"{self.name} has no parts: add a Hub first")
         return self._mounted(derivation, self.parts, self._plant)
 
-    def _mounted(self, derivation: Derivation, parts: Sequence[Part], parameters: Parameters) -> list[Mounted]:
+    def _mounted(self, derivation: Derivation, parts: Sequence[Part], parameters: Parameters) -> Craft:
         frame = Frame(derivation, self._components(self._rate))
         craft = Craft(frame, self.chart.rotation(), self.chart.quaternion(), self.period)
         mount(craft, parts, parameters)
-        return [at for _, at in craft.parts]
+        return craft
 
-    def _actuator(self, mounted: Sequence[Mounted]) -> Actuator | None:
+    def _actuator(self, craft: Craft) -> Actuator | None:
         """Return the acting inputs after the limits of the parts."""
-        inputs = [part.inputs() for part in self.parts]
-        commands = [
-            [replace(q, name=f"{q.name}_cmd", description=f"commanded {q.description}") for q in own] for own in inputs
-        ]
-        applied = [
-            part.applied(at, [q.symbol for q in own])
-            for part, at, own in zip(self.parts, mounted, commands, strict=True)
-        ]
-        group = Group("u_cmd", tuple(q for own in commands for q in own))
-        acting = tuple(entry for entries in applied for entry in entries)
-        return None if acting == group.symbols else Actuator(group, acting)
+        commands: list[Quantity] = []
+        acting: list[Expr] = []
+        for part, at in craft.parts:
+            own = [replace(q, name=f"{q.name}_cmd", description=f"commanded {q.description}") for q in part.inputs()]
+            commands += own
+            acting += part.applied(at, [q.symbol for q in own])
+        group = Group("u_cmd", tuple(commands))
+        return None if tuple(acting) == group.symbols else Actuator(group, tuple(acting))
 
     def _controllers(self, craft: Craft) -> tuple[Controller, ...]:
         craft.frame.derivation.section("Laws")

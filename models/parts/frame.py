@@ -140,9 +140,19 @@ class Labels(ABC):
         """Name the components of a vector of the part."""
         return self.frame.vector(f"{self.name}_{name}", entries, f"{self.name}: {title}", unit)
 
+    def tensor(self, name: str, matrix: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
+        """Name the entries of a symmetric matrix of the part."""
+        return self.frame.tensor(f"{self.name}_{name}", matrix, f"{self.name}: {title}", unit)
+
     def matrix(self, name: str, entries: sp.Matrix, title: str, unit: str = "") -> sp.Matrix:
         """Name the entries of a matrix of the part."""
         return self.frame.matrix(f"{self.name}_{name}", entries, f"{self.name}: {title}", unit)
+
+    def across(self, axis: sp.Matrix, along: sp.Matrix, title: str) -> tuple[sp.Matrix, sp.Matrix]:
+        """Name the unit vectors normal to an axis, nearest to a direction and 90 degrees ahead of it."""
+        normal = axis.cross(along)
+        side = self.vector("side", normal / sp.sqrt(normal.dot(normal)), f"{title} at 90 degrees", "1")
+        return self.vector("front", side.cross(axis), f"{title} at zero", "1"), side
 
 
 def triple(start: str, unit: str, meaning: str) -> tuple[Quantity, ...]:

@@ -15,7 +15,7 @@ from ..events import Event
 from ..geometry import Shape
 from ..quantities import ModelError, Quantity
 from ..system import Condition
-from .frame import AXES, ZERO, point_inertia, symbols, triple
+from .frame import AXES, ZERO, symbols, triple
 from .motion import Motion
 from .part import Mounted, Part, points
 from .terms import Aggregates, Jump, Load, State
@@ -48,7 +48,7 @@ class Hub(Part):
 
     def aggregates(self, at: Mounted) -> Aggregates:
         v = at.values
-        return Aggregates(v.mass, v.mass * v.centre, v.inertia + point_inertia(v.mass, v.centre))
+        return Aggregates.body(v.mass, v.centre, v.inertia)
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
         """Return the axes and a box of uniform density with the hub's mass and principal moments."""
@@ -81,8 +81,7 @@ class PointMass(Part):
     at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
 
     def aggregates(self, at: Mounted) -> Aggregates:
-        v = at.values
-        return Aggregates(v.mass, v.mass * v.at, point_inertia(v.mass, v.at))
+        return Aggregates.body(at.values.mass, at.values.at)
 
 
 @dataclass(frozen=True)
@@ -178,8 +177,8 @@ class Thruster(Pulsed):
 
     direction: Annotated[Vector, direction("a", "direction")]
     at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
-    limit: Annotated[Number | None, scalar("Fmax", "N", "largest force")] = None
-    least: Annotated[Number | None, scalar("Imin", "N s", "smallest impulse of a period")] = None
+    limit: Annotated[Number | None, scalar("Fmax", "N", "largest force", absent=sp.oo)] = None
+    least: Annotated[Number | None, scalar("Imin", "N s", "smallest impulse of a period", absent=0)] = None
     pulsed: bool = False
 
     def __post_init__(self) -> None:
@@ -209,17 +208,14 @@ class Thruster(Pulsed):
         return jet(at, at.values.direction, self.inputs()[0].symbol)
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
-        pushed, v = sp.Max(commanded[0], 0), at.values
-        pushed = pushed if v.limit is None else sp.Min(pushed, v.limit)
-        if v.least is None:
-            return (pushed,)
-        return (sp.Piecewise((pushed, pushed * at.craft.period >= v.least), (0, True)),)
+        pushed = sp.Min(sp.Max(commanded[0], 0), at.values.limit)
+        return (sp.Piecewise((pushed, pushed * at.craft.period >= at.values.least), (0, True)),)
 
 
 def jet(at: Mounted, along: sp.Matrix, force: Expr) -> tuple[Shape, ...]:
     """Return a nozzle, and its jet with a length proportional to the force; without a limit the length is fixed."""
     v, reach = at.values, at.craft.reach
-    share = sp.S.One if v.limit is None else force / v.limit
+    share = sp.S.One if v.limit == sp.oo else force / v.limit
     ends = [v.at - length * along for length in (reach / 8, share * reach)]
     return (
         Shape(f"{at.name} nozzle", "rod", points(v.at, ends[0]), "grey"),

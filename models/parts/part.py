@@ -12,17 +12,17 @@ from typing import Any, Self
 
 import sympy as sp
 
-from ..derivation import Expr, free_symbols
+from ..derivation import Derivation, Expr, free_symbols
 from ..events import Event
 from ..geometry import Shape
 from ..quantities import ModelError, Quantity
 from ..system import Condition
 from .equations import contribution, refuse_terms, slopes_of
-from .frame import ZERO, Frame, Labels, point_inertia
+from .frame import ZERO, Frame, Labels
 from .motion import Motion
 from .table import read_table
 from .terms import Aggregates, Contribution, Coordinate, Jump, Load, Moments, Particle, State, expressions
-from .values import Complete, Parameters, conditions, generic, kinds
+from .values import Complete, Parameters, conditions, generic, kinds, records
 
 _TURNING = sp.Rational(1, 1000)
 """Torque scale divided by the trace of the inertia, rad/s^2: wheels of small spacecraft turn them by thousandths. A
@@ -178,7 +178,7 @@ class Part(metaclass=Complete):
     @classmethod
     def lists(cls) -> Mapping[str, type]:
         """Return the list fields of a table with the class of their entries."""
-        return {}
+        return records(cls)
 
     def texts(self) -> Mapping[str, str]:
         """Return the fields that a description of the craft shows in words of their own."""
@@ -217,10 +217,7 @@ class Part(metaclass=Complete):
         m, r, slopes = particle.mass, particle.place, slopes_of(particle.place, self.coordinates(), at)
         v = sum((slope * c.speed.symbol for slope, c in zip(slopes, self.coordinates(), strict=True)), ZERO)
         squared = v.dot(v) if particle.squared is None else particle.squared
-        return replace(
-            of, mass=of.mass + m, first=of.first + m * r, inertia=of.inertia + point_inertia(m, r),
-            momentum=of.momentum + m * v, angular=of.angular + m * r.cross(v), energy=of.energy + m * squared / 2,
-        )  # fmt: skip
+        return of + replace(Aggregates.body(m, r, velocity=v), energy=m * squared / 2)
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         """Return the external load on the part."""
@@ -285,7 +282,7 @@ class Part(metaclass=Complete):
 
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
         """Return the constraints on the part's parameters in addition to their bounds."""
-        return conditions(self.name, at.values, kinds(self))
+        return conditions(self, self.name, at.values)
 
     def limits(self, at: Mounted) -> tuple[Condition, ...]:
         """Return the part's physical limits; a run ends when a margin is no longer positive."""
@@ -301,11 +298,12 @@ class Part(metaclass=Complete):
         Rates and powers are left out, as they need the solution of the craft's equations.
         """
         values, symbols = generic(at.values, kinds(self))
-        own = replace(at, values=values)
+        frame = replace(at.frame, derivation=Derivation(), names={}, slopes={}, constants=set(at.frame.constants))
+        own = replace(at, values=values, craft=replace(at.craft, frame=frame))  # the craft's steps have other numbers
         terms = (self.total(own), self.contribution(own), self.loads(own), self.mean_loads(own), self.events(own),
                  self.jumps(own), self.limits(own), self.applied(own, [q.symbol for q in self.inputs()]),
                  self.shapes(own), set(self.constraints(own)) - set(Part.constraints(self, own)))  # fmt: skip
-        used = free_symbols(expressions(terms), at.frame.derivation.definitions)
+        used = free_symbols(expressions(terms), frame.derivation.definitions)
         return [name for name, of in symbols.items() if not of & used]
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
@@ -333,6 +331,11 @@ def unit_of(part: str, field: str) -> str:
 def points(*places: sp.Matrix) -> tuple[tuple[Expr, Expr, Expr], ...]:
     """Return places as the points of a shape."""
     return tuple((place[0], place[1], place[2]) for place in places)
+
+
+def clipped(value: Expr, limit: Expr) -> Expr:
+    """Return a value within a limit of its size."""
+    return sp.Max(-limit, sp.Min(limit, value))
 
 
 def start(quantity: Quantity, scenario: Parameters, default: float = 0.0) -> State:

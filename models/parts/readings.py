@@ -12,22 +12,21 @@ from ..quantities import Group, Quantity
 from ..system import Function
 from .frame import AXES
 from .motion import Motion
-from .part import Mounted, Part
+from .part import Craft
 from .terms import Aggregates, Load, Moments
 
 _WRENCH = (*(f"p{axis}" for axis in AXES), *(f"h{axis}" for axis in AXES))
 
 
-def readings(
-    parts: Sequence[Part], mounted: Sequence[Mounted], motions: Sequence[Motion],
-    velocity: sp.Matrix | None, plane: bool,
-) -> tuple[Function, ...]:  # fmt: skip
+def readings(craft: Craft, motions: Sequence[Motion], velocity: sp.Matrix | None, plane: bool) -> tuple[Function, ...]:
     """Return energy, momentum, power and loads of an assembly from its parts; their arguments are empty groups.
 
     Parameters
     ----------
-    parts, mounted, motions : sequence of Part, of Mounted and of Motion
-        The parts, their places in the assembly, and their motions.
+    craft : Craft
+        The assembly.
+    motions : sequence of Motion
+        Of its parts.
     velocity : sympy.Matrix, optional
         Velocity of O in hub axes. None if only the attitude is a state: energy and momentum are then relative to the
         centre of mass, and loads are a moment about it.
@@ -35,14 +34,13 @@ def readings(
         True for motion in the plane of x and y; other components are omitted.
     """
     x, u, p = (Group(name, ()) for name in "xup")
-    w = mounted[0].frame.rate
-    aggregates = [part.total(at) for part, at in zip(parts, mounted, strict=True)]
-    loads = [load for part, at in zip(parts, mounted, strict=True) for load in part.loads(at)]
+    w, loads = craft.frame.rate, craft.loads()
+    aggregates = [part.total(at) for part, at in craft.parts]
     force, moment = _summed(loads)
     whole = Moments.whole(aggregates)
     v = -(w.cross(whole.first) + whole.momentum) / whole.mass if velocity is None else velocity
     power: Expr = v.dot(force) + w.dot(moment)
-    for part, at, motion in zip(parts, mounted, motions, strict=True):
+    for (part, at), motion in zip(craft.parts, motions, strict=True):
         load, supply = part.carried(at, v)
         loads.append(load)
         power += supply + part.power(at, motion)

@@ -21,12 +21,15 @@ from __future__ import annotations
 from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, fields, is_dataclass
 from types import SimpleNamespace
+from typing import Self
 
 import sympy as sp
 
 from ..derivation import Expr
 from ..quantities import Quantity
-from .frame import ZERO
+from .frame import ZERO, point_inertia
+
+_NONE = sp.zeros(3, 3)
 
 
 @dataclass(frozen=True)
@@ -70,15 +73,13 @@ class Moments:
     def __post_init__(self) -> None:
         _as_expressions(self, "mass")
 
-    @classmethod
-    def whole(cls, each: Iterable[Moments]) -> Moments:
+    def __add__(self, other: Moments) -> Self:
+        return type(self)(*(getattr(self, f.name) + getattr(other, f.name) for f in fields(self)))
+
+    @staticmethod
+    def whole(each: Iterable[Moments]) -> Moments:
         """Return the moments of several bodies as one."""
-        bodies = list(each)
-        mass = sp.Add(*(of.mass for of in bodies))
-        first, momentum, angular = (
-            sum((getattr(of, name) for of in bodies), ZERO) for name in ("first", "momentum", "angular")
-        )
-        return Moments(mass, first, sum((of.inertia for of in bodies), sp.zeros(3, 3)), momentum, angular)
+        return sum(each, Moments())
 
 
 @dataclass(frozen=True)
@@ -108,6 +109,30 @@ class Aggregates(Moments):
     def __post_init__(self) -> None:
         super().__post_init__()
         _as_expressions(self, "energy", "potential", "power")
+
+    @classmethod
+    def body(
+        cls, mass: Expr, place: sp.Matrix, inertia: sp.Matrix = _NONE,
+        velocity: sp.Matrix = ZERO, rate: sp.Matrix = ZERO,
+    ) -> Aggregates:  # fmt: skip
+        """Return the terms of a body from its centre of mass, and from inertia, velocity and rate relative to the hub.
+
+        Parameters
+        ----------
+        mass : Expr
+            kg.
+        place, velocity : sympy.Matrix
+            Of its centre of mass from O, m, m/s.
+        inertia : sympy.Matrix
+            About its centre of mass, in hub axes, kg m^2; without one it is a point mass.
+        rate : sympy.Matrix
+            rad/s.
+        """
+        spin = inertia * rate
+        return cls(
+            mass, mass * place, inertia + point_inertia(mass, place), mass * velocity,
+            mass * place.cross(velocity) + spin, (mass * velocity.dot(velocity) + rate.dot(spin)) / 2,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)

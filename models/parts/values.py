@@ -8,14 +8,13 @@ in a vector or tensor is structural and enters no equation.
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import math
 from abc import ABCMeta
 from collections.abc import Iterable, Iterator, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
-from typing import Annotated, Any, TypeAlias, get_args, get_type_hints
+from typing import Annotated, Any, TypeAlias, TypeVar, get_args, get_type_hints
 
 import sympy as sp
 
@@ -48,25 +47,68 @@ class Value:
     source: str = ""
 
 
+Form = TypeVar("Form")
 Number: TypeAlias = float | Value | sp.Expr
 Vector: TypeAlias = Sequence[Number]
 Tensor: TypeAlias = Sequence[Number] | Sequence[Sequence[Number]]
 
 
+_LABELS = {"scalar": ("",), "vector": (*AXES,), "direction": (*AXES,), "tensor": ("xx", "xy", "yy", "xz", "yz", "zz")}
+"""Numbers of a field of each form: ends of the names of their parameters."""
+_DEPTHS = {"scalar": 0, "vector": 1, "direction": 1, "tensor": 2}
+
+
 @dataclass(frozen=True)
 class Kind:
-    """Form of a field, "scalar", "vector", "direction" or "tensor", with symbol, unit, meaning and bounds."""
+    """Form of a field, "scalar", "vector", "direction" or "tensor", with symbol, unit, meaning and bounds.
+
+    `absent` is the value of a field that is None; `across` names the direction to which a direction is not parallel.
+    """
 
     form: str
     symbol: str
     unit: str
     meaning: str
     bounds: str = "(-inf, inf)"
+    absent: Expr | sp.Matrix | None = None
+    across: str = ""
+
+    def numbers(self, value: Any, where: str) -> dict[str, Any]:
+        """Return the given numbers of a field by their labels; refuse another shape."""
+        if self.form == "scalar":
+            return {"": value}
+        if self.form != "tensor":
+            return dict(zip(AXES, listed(value, where, 3), strict=True))
+        if not isinstance(value, Sequence) or isinstance(value, str):
+            raise ModelError(f"{where} = {value_text(value)}: must be three moments, or three rows")
+        if not all(isinstance(entry, Sequence) for entry in value):
+            return dict(zip(("xx", "yy", "zz"), listed(value, where, 3), strict=True))
+        rows = [listed(row, where, 3) for row in listed(value, where, 3)]
+        for i, j in ((1, 0), (2, 0), (2, 1)):
+            if rows[i][j] != rows[j][i]:
+                raise ModelError(f"{where}: entry {i + 1}, {j + 1} differs from {j + 1}, {i + 1}; must be symmetric")
+        return {label: rows[AXES.index(label[1])][AXES.index(label[0])] for label in _LABELS["tensor"]}
+
+    def value(self, numbers: Mapping[str, Expr]) -> Any:
+        """Return the number, the column or the symmetric matrix of numbers by their labels."""
+        if self.form == "scalar":
+            return numbers[""]
+        if self.form != "tensor":
+            return sp.Matrix([numbers[axis] for axis in AXES])
+        entries = {**numbers} | {label[::-1]: number for label, number in numbers.items()}
+        return sp.Matrix(3, 3, lambda i, j: entries.get(AXES[i] + AXES[j], sp.S.Zero))
+
+    def entry(self, label: str) -> Kind:
+        """Return the kind of one number: a moment of inertia is positive, a product has any sign."""
+        if self.form == "scalar":
+            return self
+        bounds = "(0, inf)" if self.form == "tensor" and label[0] == label[1] else self.bounds
+        return Kind("scalar", f"{self.symbol}{label}", self.unit, f"{self.meaning}, {label}", bounds)
 
 
-def scalar(symbol: str, unit: str, meaning: str, bounds: str = "(0, inf)") -> Kind:
-    """Declare a number; a field that may be None omits its terms."""
-    return Kind("scalar", symbol, unit, meaning, bounds)
+def scalar(symbol: str, unit: str, meaning: str, bounds: str = "(0, inf)", absent: float | Expr | None = None) -> Kind:
+    """Declare a number; a field that may be None omits its terms, or has the value `absent` in them."""
+    return Kind("scalar", symbol, unit, meaning, bounds, None if absent is None else sp.sympify(absent))
 
 
 def place(symbol: str, meaning: str) -> Kind:
@@ -74,14 +116,14 @@ def place(symbol: str, meaning: str) -> Kind:
     return Kind("vector", symbol, "m", meaning)
 
 
-def vector(symbol: str, unit: str, meaning: str) -> Kind:
-    """Declare three numbers in hub axes."""
-    return Kind("vector", symbol, unit, meaning)
+def vector(symbol: str, unit: str, meaning: str, absent: float | None = None) -> Kind:
+    """Declare three numbers in hub axes; those of a field that is None are `absent`."""
+    return Kind("vector", symbol, unit, meaning, absent=None if absent is None else sp.Matrix([absent] * 3))
 
 
-def direction(symbol: str, meaning: str) -> Kind:
-    """Declare a direction in hub axes; its length does not matter."""
-    return Kind("direction", symbol, "1", meaning)
+def direction(symbol: str, meaning: str, across: str = "") -> Kind:
+    """Declare a direction in hub axes, of any length; `across` names the field to which it must not be parallel."""
+    return Kind("direction", symbol, "1", meaning, across=across)
 
 
 def tensor(symbol: str, meaning: str) -> Kind:
@@ -89,10 +131,26 @@ def tensor(symbol: str, meaning: str) -> Kind:
     return Kind("tensor", symbol, "kg m^2", meaning)
 
 
+@dataclass(frozen=True)
+class Rows:
+    """Declaration of a field that is a list of records with fields of their own, at least one, such as modes."""
+
+    of: type
+
+
 def kinds(part: object) -> dict[str, Kind]:
-    """Return the declared fields of a part or a class of parts, by name."""
-    declared = {name: [a for a in get_args(hint) if isinstance(a, Kind)] for name, hint in _hints(part).items()}
-    return {name: found[0] for name, found in declared.items() if found}
+    """Return the declared fields of a part or a class of parts, by name; `units` of a part prevail."""
+    units = {} if isinstance(part, type) else getattr(part, "units", {})
+    return {name: replace(kind, unit=units.get(name, kind.unit)) for name, kind in _declared(part, Kind).items()}
+
+
+def records(part: object) -> dict[str, type]:
+    """Return the fields of a part or a class of parts that are lists of records, with their class."""
+    return {name: rows.of for name, rows in _declared(part, Rows).items()}
+
+
+def _declared(part: object, form: type[Form]) -> dict[str, Form]:
+    return {name: a for name, hint in _hints(part).items() for a in get_args(hint) if isinstance(a, form)}
 
 
 def _hints(part: object) -> dict[str, Any]:
@@ -140,7 +198,11 @@ class Complete(ABCMeta):
             if nothing or (value is p.empty and p.kind not in (p.VAR_POSITIONAL, p.VAR_KEYWORD)):
                 what = f": {kind.meaning}{'' if kind.unit == '1' else f', {kind.unit}'}" if kind else ""
                 raise ModelError(f"{where or cls.__name__}.{p.name} is missing; write it into the call{what}")
-        return super().__call__(*args, **given)
+        part = super().__call__(*args, **given)
+        for name in records(cls):
+            if not getattr(part, name):
+                raise ModelError(f"{where}.{name}: must have at least one {name.removesuffix('s')}")
+        return part
 
 
 class Parameters:
@@ -196,40 +258,43 @@ class Parameters:
         name : str
             Start of the names of its parameters.
         """
-        fields = kinds(part).items()
-        read = {f: self._read(k, f"{name}_{k.symbol}", getattr(part, f), f"{name}.{f}") for f, k in fields}
-        given = {f: read[f] for f, k in fields if k.form == "direction" and read[f] is not None}
+        fields = kinds(part)
+        read = {f: self._read(k, name, getattr(part, f), f"{name}.{f}") for f, k in fields.items()}
+        for f, k in fields.items():
+            if k.across:
+                _check_across(f"{name}.{f}", getattr(part, f), k.across, getattr(part, k.across))
+        for f in records(part):
+            read[f] = [self.of(row, f"{name}_{k}") for k, row in enumerate(getattr(part, f), 1)]
+        given = {f: read[f] for f, k in fields.items() if k.form == "direction" and read[f] is not None}
         return SimpleNamespace(**read | {f: unit(vector) for f, vector in given.items()}, given_directions=given)
 
     def _read(self, kind: Kind, name: str, value: Any, where: str) -> Any:
-        """Return a field as a symbol, a column or a matrix of symbols; a direction is divided by its length."""
+        """Return a field as a symbol, a column or a matrix of symbols."""
         if value is None:
-            return None
+            return kind.absent
         value = plain(value)
         check_numbers(kind, value, where)
-        if kind.form == "scalar":
-            return self.number(kind, name, value, kind.meaning)
-        if kind.form == "tensor":
-            return self._tensor(kind, name, value, where)
-        entries = listed(value, where, 3)
+        numbers = kind.numbers(value, where)
         if kind.form == "direction":
+            entries = list(numbers.values())
             _check_length(entries, where)
-        if kind.form == "direction" and (along := _axis(entries)) is not None:
-            return along
-        labels = [f"{name}{axis}" for axis in AXES]
-        return sp.Matrix(
-            [self._entry(kind, label, entry, axis) for label, entry, axis in zip(labels, entries, AXES, strict=True)]
-        )
+            if (along := _axis(entries)) is not None:
+                return along
+        return kind.value({
+            label: sp.S.Zero if label and entry == 0 else self.number(kind.entry(label), name, entry)
+            for label, entry in numbers.items()
+        })  # fmt: skip
 
-    def number(self, kind: Kind, name: str, value: Number, meaning: str) -> Expr:
-        """Declare a number and return its symbol; an expression stays, with the bounds of the field."""
+    def number(self, kind: Kind, part: str, value: Number) -> Expr:
+        """Declare a number of a part and return its symbol; an expression stays, with the bounds of the field."""
+        name = f"{part}_{kind.symbol}"
         if not isinstance(value, sp.Expr):
-            return self.add(name, value, kind.unit, meaning, kind.bounds)
+            return self.add(name, value, kind.unit, kind.meaning, kind.bounds)
         if value.is_number:
             check_numbers(kind, value, name)
-            Parameters().add(name, float(value), kind.unit, meaning, kind.bounds)
+            Parameters().add(name, float(value), kind.unit, kind.meaning, kind.bounds)
         elif (shared := self.quantities.get(str(value))) and shared.symbol == value:
-            self._narrow(shared, kind, f"{name} ({meaning})")
+            self._narrow(shared, kind, f"{name} ({kind.meaning})")
         return value
 
     def _narrow(self, shared: Parameter, kind: Kind, user: str) -> None:
@@ -243,51 +308,17 @@ class Parameters:
             raise ModelError(
                 f"{shared.name} = {shared.default!r}: must be in {bounds}, {kind.unit}, for its use as {user}"
             )
-        self.quantities[shared.name] = dataclasses.replace(shared, bounds=bounds)
-
-    def _entry(self, kind: Kind, name: str, value: Number, which: str) -> Expr:
-        if value == 0:
-            return sp.S.Zero
-        return self.number(kind, name, value, f"{kind.meaning}, {which}")
-
-    def _tensor(self, kind: Kind, name: str, value: Any, where: str) -> sp.Matrix:
-        """Return a symmetric inertia from three moments, with zeros as products, or from three rows."""
-        rows = sp.zeros(3, 3)
-        if not isinstance(value, Sequence) or isinstance(value, str):
-            raise ModelError(f"{where} = {value_text(value)}: must be three moments, or three rows")
-        if all(isinstance(entry, Sequence) for entry in value):
-            given = [listed(row, where, 3) for row in listed(value, where, 3)]
-            for i in range(3):
-                for j in range(i + 1):
-                    if given[i][j] != given[j][i]:
-                        raise ModelError(
-                            f"{where}: entry {i + 1}, {j + 1} differs from {j + 1}, {i + 1}; must be symmetric"
-                        )
-                    label = f"{name}{AXES[j]}{AXES[i]}"
-                    rows[i, j] = rows[j, i] = self._bounded(kind, label, given[i][j], i == j)
-        else:
-            for k, entry in enumerate(listed(value, where, 3)):
-                rows[k, k] = self._bounded(kind, f"{name}{AXES[k] * 2}", entry, True)
-        return rows
-
-    def _bounded(self, kind: Kind, name: str, value: Number, diagonal: bool) -> Expr:
-        """Declare an entry of an inertia: moments are positive, products have any sign."""
-        bounds = "(0, inf)" if diagonal else "(-inf, inf)"
-        return self._entry(dataclasses.replace(kind, bounds=bounds), name, value, name[-2:])
+        self.quantities[shared.name] = replace(shared, bounds=bounds)
 
 
 def generic(values: SimpleNamespace, declared: Mapping[str, Kind]) -> tuple[SimpleNamespace, dict[str, set[sp.Symbol]]]:
     """Return values with new symbols for all numbers of given fields, also for zeros; and these symbols by field."""
     result, symbols = SimpleNamespace(**vars(values)), {}
     for name, kind in declared.items():
-        if getattr(values, name, None) is None:
-            continue
-        entries = [sp.Symbol(f"any_{name}_{k}", positive=True) for k in range(_COUNTS.get(kind.form, 3))]
-        value = entries[0] if kind.form == "scalar" else sp.Matrix(entries)
-        if kind.form == "tensor":
-            value = sp.Matrix(3, 3, [entries[k] for k in (0, 1, 2, 1, 3, 4, 2, 4, 5)])
-        setattr(result, name, value)
-        symbols[name] = set(entries)
+        if getattr(values, name, None) not in (None, kind.absent):
+            numbers = {label: sp.Symbol(f"any_{name}_{label}", positive=True) for label in _LABELS[kind.form]}
+            setattr(result, name, kind.value(numbers))
+            symbols[name] = set(numbers.values())
     return result, symbols
 
 
@@ -296,6 +327,14 @@ def listed(value: Any, where: str, count: int) -> Sequence[Any]:
     if isinstance(value, str) or not isinstance(value, Sequence | sp.MatrixBase) or len(value) != count:
         raise ModelError(f"{where} = {value_text(value)}: must be {count} numbers")
     return [plain(entry) for entry in value]
+
+
+def constant(entry: Any) -> float | None:
+    """Return an entry of a direction as a float; None for an expression, and for what is refused later."""
+    try:
+        return float(entry.default if isinstance(entry, Value) else entry)
+    except (TypeError, ValueError):
+        return None
 
 
 def plain(value: Any) -> Any:
@@ -312,15 +351,11 @@ def check_numbers(kind: Kind, value: Any, where: str) -> None:
         With the field, its value and what is allowed.
     """
     given = plain(value)
-    if value is None or all(map(_is_finite, _leaves(given, _DEPTHS.get(kind.form, 1)))):
+    if value is None or all(map(_is_finite, _leaves(given, _DEPTHS[kind.form]))):
         return
     what = "a number" if kind.form == "scalar" else "numbers"
     allowed = f"must be {what} in {kind.bounds}, {kind.unit} ({kind.meaning})"
     raise ModelError(f"{where} = {value_text(given)}: {allowed}")
-
-
-_DEPTHS = {"scalar": 0, "tensor": 2}
-_COUNTS = {"scalar": 1, "tensor": 6}
 
 
 def _leaves(value: Any, depth: int) -> Iterator[Any]:
@@ -363,6 +398,16 @@ def _check_length(entries: Sequence[Any], where: str) -> None:
         raise ModelError(f"{where} = {value_text(tuple(entries))}: {LENGTHS}")
 
 
+def _check_across(where: str, value: Any, axis: str, other: Any) -> None:
+    """Refuse a direction parallel to another; symbolic directions are not checked."""
+    vectors = plain(value), plain(other)
+    one, two = (sp.Matrix([x for x in map(constant, vector) if x is not None]) for vector in vectors)
+    if len(one) == len(two) == 3 and one.cross(two).norm() <= _PARALLEL * one.norm() * two.norm():
+        raise ModelError(f"{where} = {vectors[0]!r}: must not be along {axis} = {vectors[1]!r}")
+
+
+_PARALLEL = 1e-9
+"""Sine below which an angle counts as zero; above the rounding of numbers with ten digits."""
 _SHORTEST = 1e-150
 """Shortest direction, and the inverse of the longest: squares of others are no numbers with all digits."""
 LENGTHS = f"must have a length from {_SHORTEST:g} to {1 / _SHORTEST:g}"
@@ -373,22 +418,33 @@ def unit(vector: sp.Matrix) -> sp.Matrix:
     return vector / sp.sqrt(vector.dot(vector))
 
 
-def conditions(name: str, values: SimpleNamespace, declared: Mapping[str, Kind]) -> tuple[Condition, ...]:
-    """Return the conditions on symbolic values of a part: numbers in their bounds, lengths, physical inertias."""
+def conditions(part: object, name: str, values: SimpleNamespace) -> tuple[Condition, ...]:
+    """Return the conditions on symbolic values of a part: bounds, lengths and angles of directions, real inertias."""
     result: list[Condition] = []
+    declared, directions = kinds(part), values.given_directions
+    for field in records(part):
+        for k, (row, of) in enumerate(zip(getattr(part, field), getattr(values, field), strict=True), 1):
+            result += conditions(row, f"{name}_{k}", of)
     for field, kind in declared.items():
         value = getattr(values, field, None)
         if value is None:
             continue
+        where = f"{name}.{field}, with"
         if kind.form == "tensor":
-            text = f"{name}.{field}, with {parameters_text(value.free_symbols)}, {NO_BODY}"
+            text = f"{where} {parameters_text(value.free_symbols)}, {NO_BODY}"
             result += (Condition(margin, text) for margin in of_a_body(value))
-        elif kind.form == "direction" and (given := getattr(values, "given_directions", {}).get(field)):
-            text = f"{name}.{field}, with {parameters_text(given.free_symbols)}: {LENGTHS}"
+        elif kind.form == "direction" and (given := directions.get(field)):
+            text = f"{where} {parameters_text(given.free_symbols)}: {LENGTHS}"
             result += (Condition(margin, text) for margin in of_a_direction(given))
         elif kind.form == "scalar" and not value.is_Symbol:
             text = f"{name}.{field} = {value}, with {parameters_text(value.free_symbols)}: must be in {kind.bounds}"
             result += (Condition(margin, text) for margin in _within(value, Interval.parse(kind.bounds)))
+    for field, kind in declared.items():
+        if kind.across:
+            one, other = directions[field], directions[kind.across]
+            symbols, normal = one.free_symbols | other.free_symbols, unit(one).cross(unit(other))
+            text = f"{name}.{field}, with {parameters_text(symbols)}: must not be along {kind.across}"
+            result.append(Condition(normal.dot(normal) - sp.Float(_PARALLEL**2), text))
     return tuple(condition for condition in result if condition.margin.free_symbols)
 
 

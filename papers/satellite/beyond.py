@@ -10,9 +10,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from mehvar.pictures import BLUE, GREY, VERMILLION, label, new_figure, time_axis
-from mehvar.reproduction import Check, Expected, Runs, read_beyond
+from mehvar.reproduction import Check, Expected, Runs, above, below, read_beyond
 
-from .checks import each_above, each_below
 from .rows import AXES, LATE, measure
 
 if TYPE_CHECKING:
@@ -22,9 +21,11 @@ if TYPE_CHECKING:
     FloatArray = NDArray[np.float64]
 
 
-def _tracks(_: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:
+def _tracks(runs: Runs, expected: Expected) -> Sequence[Check]:
     return [
-        each_below(f"RMS error from 200 s on, scenario {case}{words}", expected(bound), _rms(runs, "mrac", case, delay))
+        below(
+            f"RMS error from 200 s on, scenario {case}{words}", expected(bound), _rms(runs, "mrac", case, delay), "deg"
+        )
         for case in ("paper", "flight")
         for delay, words, bound in ((0, "", "error"), (1, ", delay", "late"))
     ]
@@ -34,14 +35,14 @@ def _rms(runs: Runs, law: str, scenario: str, delay: int = 0) -> FloatArray:
     return measure(runs(law, scenario, delay=delay)).rms
 
 
-def _printed_is_lost(_: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:
-    return [each_above("RMS error from 200 s on", expected("error"), _rms(runs, "mrac-literal", "flight"), "deg")]
+def _printed_is_lost(runs: Runs, expected: Expected) -> Sequence[Check]:
+    return [above("RMS error from 200 s on", expected("error"), _rms(runs, "mrac-literal", "flight"), "deg")]
 
 
-def _errors(paper: Runs, runs: Runs) -> Figure:
+def _errors(runs: Runs) -> Figure:
     figure = new_figure(8.0, 5.4)
     cases = (
-        ("the paper's", paper("mrac", "paper"), GREY),
+        ("the paper's", runs.paper("mrac", "paper"), GREY),
         ("other inertia and wheels", runs("mrac", "paper"), BLUE),
         ("and disturbances", runs("mrac", "flight"), VERMILLION),
     )

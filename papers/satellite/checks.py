@@ -1,5 +1,5 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Checks that several claims of the satellite share: numbers of all three axes, and the end of a run."""
+"""Checks that several claims of the satellite share: the end of a run, and the size of an error."""
 
 from __future__ import annotations
 
@@ -22,21 +22,6 @@ if TYPE_CHECKING:
 _LOST = 0.02
 """Allowed deviation of the time at which a run is lost, relative: below one sample, 0.5 s, for times up to 25 s. All
 but that of claim 7 agree to the sample, so half of this changes nothing; with twice, claim 7's agrees too."""
-
-
-def each_below(what: str, bound: float, values: FloatArray, unit: str = "deg") -> Check:
-    """Return the check that the numbers of all three axes are below a bound."""
-    return Check(what, f"< {bound:g} {unit}".strip(), three(values, unit), bool((values < bound).all()))
-
-
-def each_above(what: str, bound: float, values: FloatArray, unit: str = "") -> Check:
-    """Return the check that the numbers of all three axes are above a bound."""
-    return Check(what, f"> {bound:g} {unit}".strip(), three(values, unit), bool((values > bound).all()))
-
-
-def three(values: FloatArray, unit: str) -> str:
-    """Return the numbers of roll, pitch and yaw in words."""
-    return f"{' / '.join(f'{v:.3g}' for v in values)} {unit}".strip()
 
 
 def ends(run: Run, what: str = "the run") -> Check:

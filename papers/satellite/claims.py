@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from scipy.linalg import expm
 
-from mehvar.reproduction import AMPLITUDES, Check, Checks, Expected, Runs, about, below, not_essential
+from mehvar.reproduction import AMPLITUDES, Check, Checks, Expected, Runs, about, above, below, in_words, not_essential
 from mehvar.runtime import Status
 
-from .checks import each_above, each_below, ends, lost, rms_degrees, three
+from .checks import ends, lost, rms_degrees
 from .design import cycle, independent, linear, root_locus
 from .rows import AXES, LATE, PRINTED_B, measure
 
@@ -34,20 +34,21 @@ twice the tolerance changes no verdict.
 
 def _follows_model(runs: Runs, expected: Expected) -> Sequence[Check]:
     run = runs("mrac", "paper")
-    return (ends(run), each_below("RMS error from 200 s on", expected("error"), measure(run).rms))
+    return (ends(run), below("RMS error from 200 s on", expected("error"), measure(run).rms, "deg"))
 
 
 def _follows_late(runs: Runs, expected: Expected) -> Sequence[Check]:
     plain, late = runs("mrac", "paper"), runs("mrac", "paper", delay=1)
     return (
         ends(late),
-        each_below("RMS error from 200 s on", expected("error"), measure(late).rms),
-        each_below(
-            "RMS difference to the run without delay, shifted by one sample", expected("shifted"), _shifted(plain, late)
+        below("RMS error from 200 s on", expected("error"), measure(late).rms, "deg"),
+        below(
+            "RMS difference to the run without delay, shifted by one sample",
+            expected("shifted"),
+            _shifted(plain, late),
+            "deg",
         ),
-        each_below(
-            "RMS error over that without the delay", expected("ratio"), measure(late).rms / measure(plain).rms, ""
-        ),
+        below("RMS error over that without the delay", expected("ratio"), measure(late).rms / measure(plain).rms),
     )
 
 
@@ -64,11 +65,11 @@ def _pd_does_not_track(runs: Runs, expected: Expected) -> Sequence[Check]:
     stiffness, damping = expected("stiffness"), expected("damping")
     faster = measure(runs("pd", "paper", follow_model=1, **_faster(plain, stiffness, damping))).rms
     return (
-        each_above("RMS error from 200 s on", expected("error"), error, "deg"),
-        each_above("RMS error from 200 s on, with the delay", expected("error"), late, "deg"),
-        each_above("RMS error over that of the adaptive law", expected("ratio"), error / adaptive),
+        above("RMS error from 200 s on", expected("error"), error, "deg"),
+        above("RMS error from 200 s on, with the delay", expected("error"), late, "deg"),
+        above("RMS error over that of the adaptive law", expected("ratio"), error / adaptive),
         not_essential(
-            each_above(
+            above(
                 f"RMS error, Kp {stiffness:g} and Kd {damping:g} times as large, after the reference model",
                 expected("error"),
                 faster,
@@ -86,21 +87,21 @@ def _faster(run: Run, stiffness: float, damping: float) -> dict[str, Any]:
 
 def _pd_needs_less_torque(runs: Runs, expected: Expected) -> Sequence[Check]:
     adaptive, pd = (measure(runs(law, "paper")).torque for law in ("mrac", "pd"))
-    return (each_below("largest torque from 200 s on, PD over adaptive", expected("ratio"), pd / adaptive, ""),)
+    return (below("largest torque from 200 s on, PD over adaptive", expected("ratio"), pd / adaptive),)
 
 
 def _printed_guess(runs: Runs, expected: Expected) -> Sequence[Check]:
     checks: list[Check] = []
     for what, delay in (("without delay", 0), ("with the delay", 1)):
         run = runs("mrac", "printed", delay=delay)
-        checks += [ends(run), each_below(f"RMS error from 200 s on, {what}", expected("error"), measure(run).rms)]
+        checks += [ends(run), below(f"RMS error from 200 s on, {what}", expected("error"), measure(run).rms, "deg")]
         gain, b0, b1 = (_off(run, *names)[:, -1] for names in (("b0", "b1"), ("b0",), ("b1",)))
         of = f"off from Ts²/I at the end, {what}"
         checks += [
             *(below(f"b0 + b1 of {a}, {of}", expected("gain"), float(g)) for a, g in zip(AXES[:2], gain, strict=False)),
             not_essential(below(f"b0 + b1 of yaw, {of}", expected("gain"), float(gain[2]))),
-            not_essential(each_below(f"b0 alone, from half of it, {what}", expected("gain"), b0, "")),
-            not_essential(each_below(f"b1 alone, from half of it, {what}", expected("gain"), b1, "")),
+            not_essential(below(f"b0 alone, from half of it, {what}", expected("gain"), b0)),
+            not_essential(below(f"b1 alone, from half of it, {what}", expected("gain"), b1)),
         ]
     return checks
 
@@ -120,7 +121,7 @@ def _single_precision(runs: Runs, expected: Expected) -> Sequence[Check]:
     double, single = runs("mrac", "paper", delay=1), runs("mrac", "paper", delay=1, real="float")
     late = double.t >= LATE
     off = [single.variables()[a][late] - double.variables()[a][late] for a in AXES]
-    close = each_below("RMS difference of the angles", expected("difference"), rms_degrees(off))
+    close = below("RMS difference of the angles", expected("difference"), rms_degrees(off), "deg")
     return (ends(single), close)
 
 
@@ -140,9 +141,9 @@ def _literal_rings(runs: Runs, expected: Expected) -> Sequence[Check]:
     literal, pd = measure(run), measure(runs("pd", "paper")).torque
     return (
         ends(run),
-        each_below("RMS error from 200 s on", expected("error"), literal.rms),
-        each_above("ring from 200 s on, 1 for pure alternation", expected("ring"), literal.ring),
-        each_above("largest torque from 200 s on, over that of PD", expected("ratio"), literal.torque / pd),
+        below("RMS error from 200 s on", expected("error"), literal.rms, "deg"),
+        above("ring from 200 s on, 1 for pure alternation", expected("ring"), literal.ring),
+        above("largest torque from 200 s on, over that of PD", expected("ratio"), literal.torque / pd),
     )
 
 
@@ -187,7 +188,7 @@ def _calm(run: Run, expected: Expected) -> Check:
     what, bound = "ring from 200 s on, 1 for pure alternation", expected("ring")
     if run.status is not Status.DONE:
         return Check(what, f"< {bound:g}", "none: the run is lost", False)
-    return each_below(what, bound, measure(run).ring, "")
+    return below(what, bound, measure(run).ring)
 
 
 def _linear_model(runs: Runs, expected: Expected) -> Sequence[Check]:
@@ -262,7 +263,7 @@ def carried(runs: Runs, expected: Expected, momentum: float, **settings: Any) ->
     return (
         not_essential(below("largest momentum of a wheel", momentum, float(stored), "N m s")),
         below("largest speed of a wheel", expected("speed"), float(speeds.max()), "rpm"),
-        each_below(f"RMS error from 200 s on when they stop at {momentum:g} N m s", expected("error"), stopped),
+        below(f"RMS error from 200 s on when they stop at {momentum:g} N m s", expected("error"), stopped, "deg"),
     )
 
 
@@ -275,7 +276,9 @@ def offset_helps(runs: Runs, law: str, scenario: str, switch: str, **settings: A
     cases: list[dict[str, Any]] = [{**settings, switch: value} for value in (1, 0)]
     on, off = (measure(runs(law, scenario, **case)).rms for case in cases)
     return (
-        Check("RMS error from 200 s on", f"less than {three(off, 'deg')}", three(on, "deg"), bool((on < off).all())),
+        Check(
+            "RMS error from 200 s on", f"less than {in_words(off, 'deg')}", in_words(on, "deg"), bool((on < off).all())
+        ),
     )
 
 
@@ -287,7 +290,7 @@ def _quick(runs: Runs, expected: Expected) -> Sequence[Check]:
     return (
         *(below(f"last time that {off.format(a)}", expected("time"), _learnt(plain, k, share), "s")
           for k, a in enumerate(AXES[:2])),
-        each_below(f"largest error of the first {LATE:g} s", expected("error"), error),
+        below(f"largest error of the first {LATE:g} s", expected("error"), error, "deg"),
         *(not_essential(below(f"with the delay: last time that {off.format(a)}", expected("time"),
                        _learnt(late, k, share), "s")) for k, a in enumerate(AXES[:2])),
     )  # fmt: skip

@@ -11,9 +11,9 @@ from scipy.linalg import expm
 
 from mehvar import MissingError
 from mehvar.pictures import BLACK, BLUE, GREEN, GREY, VERMILLION, label, new_figure, time_axis
-from mehvar.reproduction import Check, Expected, Runs, about, below, not_essential
+from mehvar.reproduction import Check, Expected, Runs, about, above, below, not_essential
 
-from .checks import each_above, each_below, ends, rms_degrees
+from .checks import ends, rms_degrees
 from .rows import AXES, measure
 
 if TYPE_CHECKING:
@@ -61,11 +61,11 @@ def independent(runs: Runs, expected: Expected) -> Sequence[Check]:
     slower = [_angles(runs("mrac", "paper", tau_m=tau)) for tau in _MODELS]
     c1, c2 = f"C1 from {_MODELS[0]:g} to {_MODELS[-1]:g} s", f"C2 from {_POLES[0]:g} to {_POLES[-1]:g}"
     return (
-        each_below(f"{c1}: RMS change of the error after a start beside the model", expected("error"),
-                   _change(errors)),
-        each_above(f"{c2}: RMS change of that error", expected("regulation"), _change(faster), "deg"),
-        each_below(f"{c2}: RMS change of the angles in the manoeuvre", expected("angle"), _change(angles)),
-        each_above(f"{c1}: RMS change of roll and pitch in the manoeuvre", expected("tracking"),
+        below(f"{c1}: RMS change of the error after a start beside the model", expected("error"),
+                   _change(errors), "deg"),
+        above(f"{c2}: RMS change of that error", expected("regulation"), _change(faster), "deg"),
+        below(f"{c2}: RMS change of the angles in the manoeuvre", expected("angle"), _change(angles), "deg"),
+        above(f"{c1}: RMS change of roll and pitch in the manoeuvre", expected("tracking"),
                    _change(slower)[:2], "deg"),
     )  # fmt: skip
 
@@ -204,7 +204,7 @@ def cycle(runs: Runs, expected: Expected) -> Sequence[Check]:
               f"{longest:g} s, {least:g} s, {period:g} s", longest < least < period),
         below(f"computed: {there:g} and {back:g} bytes of {bits:g} bits on the line", longest, wire, "s"),
         ends(faster, f"sampled every {least:g} s, with the delay"),
-        each_below(f"RMS error from 200 s on, sampled every {least:g} s", expected("error"), measure(faster).rms),
+        below(f"RMS error from 200 s on, sampled every {least:g} s", expected("error"), measure(faster).rms, "deg"),
         Check("zero of B farthest out when the torque acts as soon as a cycle is done", "outside the unit circle",
               f"{_late_zero(1 - longest / period):.3g}", abs(_late_zero(1 - longest / period)) > 1),
         *_our_cycle(runs, wire, least),

@@ -24,7 +24,6 @@ from .figures import (
 from .picture import picture
 from .readings import READINGS
 from .rows import row_claims
-from .scene import scene
 from .schematic import bed, controller, parts
 from .survival import survival_figure
 
@@ -74,6 +73,5 @@ REPRODUCTION = read_reproduction(
     checks=CHECKS,
     readings=READINGS,
     more_claims=row_claims,
-    scene=scene,
     picture=picture,
 )

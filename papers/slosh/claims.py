@@ -41,9 +41,7 @@ _PLANTS = (("reduced", REDUCED), ("full", FULL))
 
 def _four(runs: Runs, what: str, bound: float, unit: str, size: Callable[[Run], float]) -> Check:
     """Return the check that a number of all four loops is below a bound."""
-    values = [size(runs(law, "paper", **settings)) for law, settings in _LOOPS]
-    text = " / ".join(f"{v:.3g}" for v in values)
-    return Check(f"{what} ({_ORDER})", f"< {bound:g} {unit}".strip(), f"{text} {unit}".strip(), max(values) < bound)
+    return below(f"{what} ({_ORDER})", bound, [size(runs(law, "paper", **settings)) for law, settings in _LOOPS], unit)
 
 
 def _at(run: Run, name: str, time: float) -> float:

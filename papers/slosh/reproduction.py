@@ -12,7 +12,6 @@ from .figures import attitude, gimbals, laws, moments, pendulums, thrust, veloci
 from .picture import picture
 from .readings import READINGS
 from .rows import row_claims
-from .scene import scene
 from .schematic import craft, pendulums_drawn
 
 REPRODUCTION = read_reproduction(
@@ -33,6 +32,5 @@ REPRODUCTION = read_reproduction(
     checks=CHECKS,
     readings=READINGS,
     more_claims=row_claims,
-    scene=scene,
     picture=picture,
 )

@@ -32,11 +32,11 @@ def _largest(run: Run) -> FloatArray:
     return np.asarray(np.abs([series[name] for name in _FORCES]).max(axis=0))
 
 
-def _same_turn(paper: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:
+def _same_turn(runs: Runs, expected: Expected) -> Sequence[Check]:
     checks: list[Check] = []
     for law, _ in _LAWS:
-        new, old = runs(law, "paper").variables()["theta"], paper(law, "paper").variables()["theta"]
-        times = [which.metrics(law, "paper")["T_theta"] for which in (runs, paper)]
+        new, old = runs(law, "paper").variables()["theta"], runs.paper(law, "paper").variables()["theta"]
+        times = [which.metrics(law, "paper")["T_theta"] for which in (runs, runs.paper)]
         checks += [
             below(f"{law}: largest difference of attitude", expected(law), float(np.abs(new - old).max()), "rad"),
             below(f"{law}: its settling time, relative", expected("ratio"), abs(times[0] / times[1] - 1)),
@@ -44,7 +44,7 @@ def _same_turn(paper: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:
     return checks
 
 
-def _costs(_: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:
+def _costs(runs: Runs, expected: Expected) -> Sequence[Check]:
     path, sliding = (runs.metrics(law, "paper") for law in ("path", "sliding"))
     return (
         about("largest force, path", expected("force"), path["max_force"], "N", AMPLITUDES),
@@ -54,7 +54,7 @@ def _costs(_: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:
     )
 
 
-def _cycle(_: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:
+def _cycle(runs: Runs, expected: Expected) -> Sequence[Check]:
     run = runs("path", "momentum")
     radius = np.sqrt(expected("drift") / run.parameters.values["k_phi"])
     end = runs.metrics("path", "momentum")
@@ -64,7 +64,7 @@ def _cycle(_: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:
     )
 
 
-def _orbit(_: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:
+def _orbit(runs: Runs, expected: Expected) -> Sequence[Check]:
     late = {law: float(np.abs(runs(law, "orbit").variables()["theta_error"][-100:]).max()) for law in _ORBIT}
     revolution = 2 * np.pi / runs("path", "orbit").parameters.values["mean_motion"] / 60
     return (
@@ -74,11 +74,11 @@ def _orbit(_: Runs, runs: Runs, expected: Expected) -> Sequence[Check]:
     )
 
 
-def _turn(paper: Runs, runs: Runs) -> Figure:
+def _turn(runs: Runs) -> Figure:
     figure = new_figure(8.0, 4.4)
     upper, lower = figure.subplots(2, 1, sharex=True)
     for law, color in _LAWS:
-        new, old = runs(law, "paper"), paper(law, "paper")
+        new, old = runs(law, "paper"), runs.paper(law, "paper")
         upper.plot(new.t, new.variables()["theta"], color=color, label=law)
         upper.plot(old.t, old.variables()["theta"], color=BLACK, ls=_DASHED, lw=0.9, label=f"{law}, kinematic")
         lower.plot(new.t, _largest(new), color=color, label=law)
@@ -88,7 +88,7 @@ def _turn(paper: Runs, runs: Runs) -> Figure:
     return figure
 
 
-def _in_orbit(_: Runs, runs: Runs) -> Figure:
+def _in_orbit(runs: Runs) -> Figure:
     figure = new_figure(8.0, 3.0)
     ax = figure.subplots()
     for law, color in _ORBIT.items():

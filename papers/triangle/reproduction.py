@@ -10,7 +10,6 @@ from mehvar.reproduction import read_reproduction
 from .claims import CHECKS
 from .picture import disturbed_runs, path_run, picture, sliding_run
 from .readings import READINGS
-from .scene import scene
 from .shapes import polar_plane, schematic, shape_grid, shifted_origin
 from .surfaces import cylinder, limited_arc, nested_surfaces, xi_curve
 
@@ -31,6 +30,5 @@ REPRODUCTION = read_reproduction(
     },
     checks=CHECKS,
     readings=READINGS,
-    scene=scene,
     picture=picture,
 )

@@ -180,7 +180,12 @@ def run_batch(
     kept_rules = {"success": success or "", "until": until or ""}
     if require:
         kept_rules["require"] = json.dumps({"requirements": dict(require), "confidence": confidence})
-    source = _local(blocks) if client is None else _remote(client, plan, blocks)
+    if client is None:
+        source = _local(blocks)
+    else:
+        from .workers import on_workers
+
+        source = on_workers(client, plan, blocks.numerics)
     store = _opened(plan, blocks, out, resume, chunk, kept_rules)
     try:
         with store.writing(), KeptInterrupts() as kept:
@@ -379,12 +384,6 @@ def _local(blocks: Blocks) -> BlockSource:
                     stop.set()
 
     return produce
-
-
-def _remote(client: Client, plan: Plan, blocks: Blocks) -> BlockSource:
-    from .workers import on_workers
-
-    return on_workers(client, plan, blocks.numerics)
 
 
 def _values(future: Future[Values | None]) -> Values:

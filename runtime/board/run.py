@@ -7,8 +7,7 @@ import hashlib
 import math
 import time
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
-from functools import partial
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
@@ -36,7 +35,7 @@ from .line.packets import BareLaw
 from .session import RESTARTS, BoardLaw
 from .stack import StackBound, stack_bound
 from .targets import TARGETS, MachinePort, open_target
-from .tuning import HostLaw, Request, Requests, tuned_parameters
+from .tuning import HostLaw, Request, Requests
 
 _SELF_TEST = 200
 """Number of samples of the self-test. A wrong bit changes the checksum at once; more samples only show slower steps."""
@@ -135,14 +134,14 @@ class BoardRun:
     z: Difference
     x: Difference
     rate: float
-    counters: Counters | None
-    stats: Mapping[str, int]
-    restored: int
-    ticks: tuple[int, ...]
-    selftest: SelfTest | None
-    profile: Profile | None
-    covered: tuple[Coverage, ...]
     bound: StackBound | None
+    counters: Counters | None = None
+    stats: Mapping[str, int] = field(default_factory=dict)
+    restored: int = 0
+    ticks: tuple[int, ...] = ()
+    selftest: SelfTest | None = None
+    profile: Profile | None = None
+    covered: tuple[Coverage, ...] = ()
     tunings: tuple[Tuning, ...] = ()
     refused: tuple[Request, ...] = ()
 
@@ -150,6 +149,11 @@ class BoardRun:
     def max_ulp(self) -> int:
         """Largest difference of any input or memory number, in units in the last place."""
         return max(self.u.ulp, self.z.ulp)
+
+    @property
+    def same(self) -> bool:
+        """True if inputs, memory and states have the same bits on board and host."""
+        return self.max_ulp == 0 and self.x.ulp == 0
 
 
 def build_image(model: Model, request: BoardRequest, resolved: Resolved | None = None) -> Image:
@@ -219,13 +223,12 @@ def _run_framed(model: Model, request: BoardRequest, image: Image, port: Port, s
     journal, requests = _journal(request, layout, single)
     law = BoardLaw(
         link,
+        image.program,
         single.parameters,
-        layout,
         request.every or _every(request.target),
         journal,
         profiler.count if profiler else None,
         requests,
-        partial(tuned_parameters, image.program),
         request.restarts,
     )
     begin, complete = time.perf_counter(), False
@@ -284,8 +287,7 @@ def _run_bare(model: Model, request: BoardRequest, image: Image, port: Port) -> 
         request=request, image=image, elf=elf, hello=None, board=board,
         single=single, double=_simulate(model, request), undelayed=_undelayed(model, request),
         u=difference(np.array(law.u), single.u_cmd), z=none, x=difference(board.x, single.x),
-        rate=len(law.u) / seconds, counters=None, stats={}, restored=0, ticks=(), selftest=None, profile=None,
-        covered=(), bound=_bound(elf, image),
+        rate=len(law.u) / seconds, bound=_bound(elf, image),
     )  # fmt: skip
 
 

@@ -3,7 +3,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable
 from typing import TypeVar
 
 import numpy as np
@@ -12,10 +12,10 @@ from numpy.typing import NDArray
 from mehvar.base.errors import InputError
 
 from ..model.parameters import Resolved
-from .image.header import Layout
+from .image.build import Program
 from .journal import Journal, Tuning
 from .line.link import Answer, Link, LinkError, RestartError
-from .tuning import Requests
+from .tuning import Requests, tuned_parameters
 
 _CHECKPOINT = 25
 """Samples between two reads of the board's memory, from which a reset board continues.
@@ -28,8 +28,6 @@ RESTARTS = 5
 Reply = TypeVar("Reply")
 Doubles = NDArray[np.float64]
 Floats = NDArray[np.float32]
-Retune = Callable[[Resolved, Mapping[str, float]], Resolved]
-"""Function that returns changed parameters, or raises InputError."""
 
 
 class BoardLaw:
@@ -41,10 +39,10 @@ class BoardLaw:
     ----------
     link : Link
         Connected.
+    firmware : Program
+        Program of the board.
     resolved : Resolved
         Parameters of the run.
-    layout : Layout
-        Layout of model and law.
     every : int
         Samples between two comparisons of the memory; 1 records it at each sample.
     journal : Journal, optional
@@ -53,8 +51,6 @@ class BoardLaw:
         Called after each sample that the board evaluated.
     requests : Requests, optional
         Requests for parameters while the law runs; needs a journal.
-    retune : callable, optional
-        Function that applies the values of those requests to parameters.
     restarts : int
         Number of restarts at one sample after which the run ends.
     """
@@ -64,24 +60,22 @@ class BoardLaw:
     def __init__(
         self,
         link: Link,
+        firmware: Program,
         resolved: Resolved,
-        layout: Layout,
         every: int = 1,
         journal: Journal | None = None,
         after: Callable[[], None] | None = None,
         requests: Requests | None = None,
-        retune: Retune | None = None,
         restarts: int = RESTARTS,
     ) -> None:
         self.u: list[Floats] = []
         self.z: dict[int, Floats] = {}
         self.ticks: list[int] = []
         self.restored, self._restarts = 0, restarts
-        self._link, self._every = link, every
+        self._link, self._firmware, self._every = link, firmware, every
         self._parameters = {0: resolved}
-        self._requests, self._retune = requests, retune
-        self._memory = bool(layout.memory)
-        self._journal, self._after = journal, after
+        self._memory = bool(firmware.law.memory)
+        self._journal, self._requests, self._after = journal, requests, after
         self._numbers: list[Floats] = []
         self._start = np.empty(0, np.float32)
         self._checkpoint: tuple[int, Floats] = (0, self._start)
@@ -124,14 +118,15 @@ class BoardLaw:
     def _tune(self, k: int) -> None:
         """Apply the parameters requested before sample k, from the journal or new ones."""
         journal = self._journal
-        if journal is None or self._requests is None or self._retune is None:
+        if journal is None or self._requests is None:
             return
         for tuning in journal.tunings:
             if tuning.sample == k and not tuning.refusal:
-                self._parameters[k] = self._retune(self._latest(k), tuning.values)
+                self._parameters[k] = tuned_parameters(self._firmware, self._latest(k), tuning.values)
         for request in self._requests.due(k) if k >= journal.length else ():
             try:
-                self._parameters[k], refusal = self._retune(self._latest(k), request.values), ""
+                self._parameters[k] = tuned_parameters(self._firmware, self._latest(k), request.values)
+                refusal = ""
             except InputError as error:
                 refusal = str(error)
             journal.append_tuning(Tuning(k, request.values, request.line, refusal))

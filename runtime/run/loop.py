@@ -59,7 +59,7 @@ def run(problem: Problem, interrupted: Callable[[], None]) -> Trajectory:
     try:
         with np.errstate(all="ignore"):
             _drive(library, single, problem, law, check)
-        events = _events(journal)
+        crossings = _events(journal)
     finally:
         library.mv_journal_free(ctypes.byref(journal))
     count = single.records
@@ -73,12 +73,12 @@ def run(problem: Problem, interrupted: Callable[[], None]) -> Trajectory:
         y=arrays["record_y"][:count],
         z=arrays["record_z"][:count],
         status=Status(single.status),
-        violated=single.violated,
+        violated=single.violated if single.status == Status.LIMIT else -1,
         t_stop=float(single.t),
         error=float(single.error),
         t_stiff=float(single.t_stiff),
         x_stop=problem.model.functions["from_coordinates"](q) if charted else q,
-        events=events,
+        crossings=crossings,
         statistics={name: getattr(single, name) for name in ("steps", "rejected", "evaluations")},
     )
 

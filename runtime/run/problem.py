@@ -149,15 +149,9 @@ class Problem:
         return self.hold_every is None and self.own is None and "to_coordinates" in self.model.manifest.functions
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, kw_only=True)
 class Trajectory:
-    """Recorded samples, one per row, and the end of the run.
-
-    `z` is the law's memory at the sample, before its evaluation. `violated` is the index of the limit behind
-    Status.LIMIT, and `x_stop` the state there. `error` is the largest error of a step over its tolerance. `t_stiff`
-    is the instant at which a run of `AUTO` turned out stiff, NaN for other runs.
-    `events` has the instant of each event and its number in `Problem.events`.
-    """
+    """Recorded samples, one per row, and the end of the run; `Run` describes the fields."""
 
     t: FloatArray
     x: FloatArray
@@ -172,7 +166,7 @@ class Trajectory:
     statistics: Mapping[str, int]
     error: float = math.nan
     t_stiff: float = math.nan
-    events: tuple[tuple[float, int], ...] = ()
+    crossings: tuple[tuple[float, int], ...] = ()
 
 
 def problem_of(

@@ -37,8 +37,8 @@ if TYPE_CHECKING:
     import xarray
 
 
-@dataclass(frozen=True)
-class Run:
+@dataclass(frozen=True, kw_only=True)
+class Run(Trajectory):
     """A closed-loop run: one row per sample, columns in the manifest's order.
 
     Attributes
@@ -63,6 +63,8 @@ class Run:
         Reason for the end in words.
     t_stop : float
         Last instant reached, s.
+    x_stop : array, (nx,)
+        The state there.
     violated : int
         Index of the limit that ended the run, -1 for none.
     error : float
@@ -77,8 +79,8 @@ class Run:
         Effective method, tolerances, sampling.
     changed : mapping
         Changes of the scenario: choices, parameters, options, initial states, inputs.
-    events : tuple of (float, str)
-        Instant of each event in seconds, and its name.
+    events, crossings : tuple of (float, str or int)
+        Instant of each event in seconds, and its name, or its number among `possible_events`.
     method : str
         The integrator; for `method="auto"`, the one finally used.
     t_stiff : float
@@ -93,18 +95,8 @@ class Run:
     controller: Controller
     scenario: Scenario
     backend: BackendName
-    t: FloatArray
-    x: FloatArray
-    u: FloatArray
-    u_cmd: FloatArray
-    y: FloatArray
-    z: FloatArray
     w: FloatArray
-    status: Status
     reason: str
-    t_stop: float
-    violated: int
-    error: float
     hold: float | None
     parameters: Resolved
     advice: tuple[str, ...]
@@ -112,8 +104,6 @@ class Run:
     changed: Mapping[str, float | str]
     events: tuple[tuple[float, str], ...]
     method: Integrator
-    t_stiff: float
-    statistics: Mapping[str, int]
     compile_seconds: float
     run_seconds: float
 
@@ -278,18 +268,9 @@ def simulate(
         controller=controlled,
         scenario=case,
         backend=problem.model.backend,
-        t=trajectory.t,
-        x=trajectory.x,
-        u=trajectory.u,
-        u_cmd=trajectory.u_cmd,
-        y=trajectory.y,
-        z=trajectory.z,
+        **vars(trajectory),
         w=_reports(problem, trajectory),
-        status=trajectory.status,
         reason=_reason(problem, trajectory),
-        t_stop=trajectory.t_stop,
-        violated=trajectory.violated if trajectory.status is Status.LIMIT else -1,
-        error=trajectory.error,
         hold=problem.hold,
         parameters=resolved,
         advice=texts,
@@ -301,10 +282,8 @@ def simulate(
             **{name: float(x0[loaded.state_names.index(name)]) for name in initial or {}},
             **_named_inputs(loaded.input_names, inputs),
         },
-        events=tuple((t, problem.events[k].name) for t, k in trajectory.events),
+        events=tuple((t, problem.events[k].name) for t, k in trajectory.crossings),
         method=problem.method if math.isnan(trajectory.t_stiff) else STIFF,
-        t_stiff=trajectory.t_stiff,
-        statistics=trajectory.statistics,
         compile_seconds=compile_seconds,
         run_seconds=run_seconds,
     )
@@ -388,8 +367,8 @@ def _reason(problem: Problem, trajectory: Trajectory) -> str:
         return f"{say(message, {**problem.parameters.values, **last})} ({at})"
     if trajectory.status.by_event:
         return _ending(problem, trajectory, at)
-    if trajectory.events and trajectory.status is Status.CHATTERING:
-        name = problem.events[trajectory.events[-1][1]].name
+    if trajectory.crossings and trajectory.status is Status.CHATTERING:
+        name = problem.events[trajectory.crossings[-1][1]].name
         return f"the event {name} happens again and again without progress in time {at}"
     if trajectory.status is Status.NOT_FINITE:
         broken = np.flatnonzero(~np.isfinite(trajectory.u_cmd[-1]))
@@ -403,7 +382,7 @@ def _reason(problem: Problem, trajectory: Trajectory) -> str:
 
 def _ending(problem: Problem, trajectory: Trajectory, at: str) -> str:
     """Return the event that ended a run in words."""
-    last = [problem.events[k] for t, k in trajectory.events if t == trajectory.t_stop]
+    last = [problem.events[k] for t, k in trajectory.crossings if t == trajectory.t_stop]
     ends = [event for event in last if event.ends]
     event = next((event for event in ends if event.ends == "failure"), ends[0])
     begins = trajectory.t_stop == problem.t[0]

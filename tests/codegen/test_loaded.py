@@ -118,58 +118,40 @@ def test_bytecode_is_no_input_wherever_python_keeps_it(tmp_path, monkeypatch, pl
     assert not is_written(tmp_path / "models" / "wheel" / "system.py", tmp_path)
 
 
-def test_a_file_elsewhere_that_a_model_reads_is_an_input(derived, tmp_path):
-    """Wherever it lies; what the system answers is none."""
+def test_files_elsewhere_links_databases_and_imported_libraries_are_inputs(derived, tmp_path):
+    """A file counts wherever it lies, a link as what it leads to, a database although only the library opens it.
+
+    What the system answers is no input, nor are libraries that the process has loaded and the model does not import.
+    """
     tree = Tree(shutil.copytree(derived, tmp_path / "wheel"))
-    far = tmp_path / "far" / "gain.csv"
+    far, link, base = tmp_path / "far" / "gain.csv", tree.root / "gain.csv", tree.root / "gains.db"
     far.parent.mkdir()
-    far.write_text("1\n")
-    start = tree.root / "models" / "wheel" / "__init__.py"
-    start.write_text(f"open({str(far)!r}).close()\nopen('/proc/self/status').close()\n" + start.read_text())
-    mehvar(tree.root, "generate")
-    recorded = read_manifest(tree.root / "generated" / "wheel").inputs_sha256
-    outside = [name for name in recorded if name.startswith("..")]
-    assert outside == ["../far/gain.csv"]
-    assert not check(tree, "wheel").stale
-    far.write_text("2\n")
-    assert check(tree, "wheel").reasons == ("../far/gain.csv changed",)
-
-
-def test_a_link_and_a_database_are_inputs(derived, tmp_path):
-    """A link that leads elsewhere is another file; of a database only the library opens the file."""
-    tree = Tree(shutil.copytree(derived, tmp_path / "wheel"))
-    link, base = tree.root / "gain.csv", tree.root / "gains.db"
-    for name in ("one", "other"):
-        (tmp_path / name).write_text(f"{name}\n")
+    for path in (far, tmp_path / "one", tmp_path / "other"):
+        path.write_text(f"{path.name}\n")
     link.symlink_to(tmp_path / "one")
     with contextlib.closing(sqlite3.connect(base)) as made:
         made.execute("create table gains (value)")
+    opening = "".join(f"open({str(path)!r}).close()\n" for path in (far, link, "/proc/self/status"))
+    connecting = f"sqlite3.connect('file:{base}?mode=ro', uri=True).close()\nsqlite3.connect(':memory:').close()\n"
     start = tree.root / "models" / "wheel" / "__init__.py"
-    asking = f"open({str(link)!r}).close()\nimport sqlite3\nsqlite3.connect('file:{base}?mode=ro', uri=True).close()\n"
-    start.write_text(f"{asking}sqlite3.connect(':memory:').close()\n{start.read_text()}")
-    mehvar(tree.root, "generate")
-    assert check(tree, "wheel").reasons == ()
-    assert not any(":memory:" in name for name in read_manifest(tree.root / "generated" / "wheel").inputs_sha256)
-    link.unlink()
-    link.symlink_to(tmp_path / "other")
-    base.write_bytes(b"")
-    assert check(tree, "wheel").reasons == ("gain.csv changed", "gains.db changed")
-
-
-def test_the_version_of_a_library_that_a_model_imports_is_an_input(derived, tmp_path):
-    """Only of libraries that it imports itself, whatever else the process has loaded."""
-    tree = Tree(shutil.copytree(derived, tmp_path / "wheel"))
-    start = tree.root / "models" / "wheel" / "__init__.py"
-    start.write_text("import jinja2\n" + start.read_text())
+    start.write_text(f"import jinja2, sqlite3\n{opening}{connecting}{start.read_text()}")
     mehvar(tree.root, "generate")
     folder = tree.root / "generated" / "wheel"
     record = read_manifest(folder)
+    assert [name for name in record.inputs_sha256 if name.startswith("..")] == ["../far/gain.csv"]
+    assert not any(":memory:" in name for name in record.inputs_sha256)
     assert record.versions["Jinja2"] == importlib.metadata.version("jinja2")
     assert set(record.versions) == {"Jinja2", "casadi", "sympy"}
-    assert not check(tree, "wheel").stale
+    assert check(tree, "wheel").reasons == ()
+    link.unlink()
+    link.symlink_to(tmp_path / "other")
+    base.write_bytes(b"")
+    far.write_text("2\n")
+    changed = tuple(f"{name} changed" for name in ("../far/gain.csv", "gain.csv", "gains.db"))
+    assert check(tree, "wheel").reasons == changed
     other = dataclasses.replace(record, versions={**record.versions, "Jinja2": "1.0"})
     (folder / "manifest.json").write_text(manifest_text(other))
-    assert check(tree, "wheel").reasons == (f"Jinja2 is {record.versions['Jinja2']}, was 1.0",)
+    assert check(tree, "wheel").reasons == (*changed, f"Jinja2 is {record.versions['Jinja2']}, was 1.0")
 
 
 ASKING = """

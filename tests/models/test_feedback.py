@@ -137,7 +137,7 @@ def test_what_would_be_ignored_is_refused():
         (edited("plain", period=""), "every of law 'plain' would be ignored"),
         (edited("slow", rates=(sp.S.Zero,) * 2), "rates of law 'slow' would be ignored"),
         (edited("slow", every="once"), "every = 'once' of law 'slow' is not a parameter"),
-        (edited("slow", parameters=dataclasses.replace(slow.parameters, quantities=loose)), "bound must be at least 1"),
+        (edited("slow", parameters=dataclasses.replace(slow.parameters, quantities=loose)), "must be at least 1"),
         (edited("slow", command=(-x.place * slow.parameters.k,)), "is a state, which it does not receive"),
         (edited("slow", outputs=(Output(quantity("held_for", "1"), sp.S.One),)), "held_for"),
         (dataclasses.replace(system, sensor=twice), "2 entries for 1 measured quantities"),

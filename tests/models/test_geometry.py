@@ -13,7 +13,7 @@ from mehvar.codegen.generate import Tree, system_of
 from mehvar.models.check import check
 from mehvar.models.quantities import ModelError
 from mehvar.models.system import Shape
-from mehvar.pictures.geometry import geometry_scene
+from mehvar.report.scene import points, scene
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate
@@ -59,15 +59,14 @@ def test_points_are_where_the_expressions_say(project):
     """The rod of `mehvar new` is as long as the parameter says, and points where the angle does; also beside a run."""
     model = load(project / "generated" / "flywheel")
     run = to_dataset(simulate(model, "balance", l=0.3))
-    scene = geometry_scene({"run": run}, model)
-    series = scene.runs["run"]
-    names = [shape["name"] for shape in scene.constants["shapes"]]
+    drawn, places = scene({"run": run}, model), points(run, model).T
+    names = [shape["name"] for shape in drawn["shapes"]]
     assert names == ["pivot", "pendulum", "flywheel", "rate of the flywheel"]
     theta = run["theta"].values
-    assert np.allclose(series["point6"], 0.3 * np.sin(theta))  # x and z of the rod's second point
-    assert np.allclose(series["point8"], -0.3 * np.cos(theta))
-    assert np.allclose(series["point16"] - series["point13"], 0.005 * run["wheel"].values)
-    assert scene.speeds[0] == 0.5
+    assert np.allclose(places[6], 0.3 * np.sin(theta))  # x and z of the rod's second point
+    assert np.allclose(places[8], -0.3 * np.cos(theta))
+    assert np.allclose(places[16] - places[13], 0.005 * run["wheel"].values)
+    assert drawn["speeds"][0] == 0.5
 
 
 def test_a_system_without_a_geometry_has_no_such_function():

@@ -3,15 +3,37 @@
 
 from __future__ import annotations
 
+import dataclasses
 import xml.etree.ElementTree as ET
 from pathlib import Path
 
-from mehvar.codegen.ledger.ledger import EntryVerdict, Ledger
+import sympy as sp
+
+from mehvar.codegen.ledger.ledger import Entry, EntryVerdict, Ledger, check_entry
 from mehvar.html import typeset_within
-from mehvar.models.paper import ErratumKind
+from mehvar.models.paper import ErratumKind, Paper
+from mehvar.models.system import Definition, Equation, System
 from tests.docs.formulas import MATH, faults
 
 PAGE = Path(__file__).parents[2] / "docs" / "explanation" / "ledger.md"
+
+
+def broken(system: System, *names: str) -> System:
+    """Put a wrong factor into steps of the derivation, evaluated or shown, by their symbol, left side or number."""
+    steps = tuple(
+        dataclasses.replace(step, expr=step.expr * sp.Rational(9, 10))
+        if (isinstance(step, Definition) and step.symbol.name in names)
+        or (isinstance(step, Equation) and {step.left, step.number} & set(names))
+        else step
+        for step in system.steps
+    )
+    return dataclasses.replace(system, steps=steps)
+
+
+def checked(paper: Paper, *numbers: str) -> dict[str, Entry]:
+    """Judge a few entries of a paper, such as one against a broken system."""
+    chosen = {entry.number: entry for entry in paper.entries}
+    return {number: check_entry(chosen[number], paper.names) for number in numbers}
 
 
 def equations(ledger: Ledger) -> list[int]:
@@ -24,8 +46,10 @@ def judged(ledger: Ledger, verdict: EntryVerdict) -> set[str]:
     return {entry.number for entry in ledger.entries if entry.verdict is verdict}
 
 
-def check_errata(ledger: Ledger) -> None:
-    """Every erratum has a kind and a cause, nothing else has, its changes are MathML, and the page has the counts."""
+def check_ledger(ledger: Ledger, numbers: int) -> None:
+    """Numbers have entries, none is undecided; each erratum, and nothing else, has a cause and changes as MathML."""
+    assert equations(ledger) == list(range(1, numbers + 1))
+    assert not judged(ledger, EntryVerdict.UNDECIDED)
     errata = [entry for entry in ledger.entries if entry.wrong]
     assert [entry for entry in ledger.entries if entry.erratum] == errata
     assert sum(ledger.slips().values()) == len(errata)

@@ -11,8 +11,8 @@ import functools
 from collections.abc import Iterable, Iterator
 from pathlib import Path
 
-from mehvar.report.backends import Agreement, agreement
-from mehvar.report.content import beyond_folders
+from mehvar.report.papers.backends import Agreement, agreement
+from mehvar.report.papers.content import beyond_folders
 from mehvar.reproduction.claims import Claim
 from mehvar.reproduction.paper import load_reproduction
 from mehvar.reproduction.runs import Runs
@@ -26,9 +26,9 @@ HEAVY = ("satellite", "slosh")
 _RUNS: dict[Path, Runs] = {}
 
 
-def shared_runs(model: Model) -> Runs:
-    """Return the runs of a model, the same object each time."""
-    return _RUNS.setdefault(model.manifest.folder, Runs(model))
+def shared_runs(model: Model, paper: Runs | None = None) -> Runs:
+    """Return the runs of a model, the same object each time; those of an extension beside its paper's."""
+    return _RUNS.setdefault(model.manifest.folder, Runs(model, paper))
 
 
 def paper_runs(model: str) -> Runs:
@@ -39,7 +39,7 @@ def paper_runs(model: str) -> Runs:
 @functools.cache
 def beyond_runs(model: str) -> Runs:
     """Return the runs of the system beyond a paper."""
-    return shared_runs(load(beyond_folders([model])[model]))
+    return shared_runs(load(beyond_folders([model])[model]), paper_runs(model))
 
 
 @functools.cache

@@ -15,7 +15,7 @@ from mehvar.reproduction.beyond import Beyond, differences, load_beyond, read_be
 from mehvar.reproduction.claims import ClaimVerdict
 from mehvar.reproduction.runs import Runs
 from mehvar.runtime.model.model import load
-from tests.papers.shared import LIGHT, beyond_runs, paper_runs
+from tests.papers.shared import LIGHT, beyond_runs
 from tests.papers.words import silent, wrong_words
 
 MODELS = [LIGHT, pytest.param("satellite", marks=pytest.mark.soak)]
@@ -43,17 +43,12 @@ def runs(model: str) -> Runs:
     return beyond_runs(model)
 
 
-def as_paper(beyond: Beyond, model: str) -> SimpleNamespace:
-    """Return the words as the rules for a paper's words take them."""
+def test_claims_hold_and_have_their_numbers_from_the_checks(beyond: Beyond, runs: Runs) -> None:
+    claims = beyond.claims(runs)
     captions = SimpleNamespace(readings=beyond.words.text)
-    checks = beyond.checks_beside(paper_runs(model))
-    return SimpleNamespace(
-        texts=beyond.words.claim, figures=beyond.words.figure, captions=captions, checks=checks, readings={}
+    words = SimpleNamespace(
+        texts=beyond.words.claim, figures=beyond.figures, captions=captions, checks=beyond.checks, readings={}
     )
-
-
-def test_claims_hold_and_have_their_numbers_from_the_checks(model: str, beyond: Beyond, runs: Runs) -> None:
-    claims, words = beyond.claims(paper_runs(model), runs), as_paper(beyond, model)
     assert {claim.number: claim.verdict for claim in claims} == {
         text.number: ClaimVerdict.HOLDS for text in beyond.words.claim
     }
@@ -77,8 +72,8 @@ def test_the_page_that_is_named_exists(beyond: Beyond) -> None:
 
 def test_a_claim_without_a_function_is_refused(tmp_path: Path) -> None:
     shutil.copy(installed_tree().root / "papers" / "triangle" / "beyond.toml", tmp_path)
-    drawn = {1: lambda *_: None, 2: lambda *_: None}
+    drawn = dict.fromkeys((1, 2))
     with pytest.raises(
         InputError, match=r"beyond\.toml: claims \['B1', .*do not match the functions of the code, \['B1'\]"
     ):
-        read_beyond(tmp_path, drawn, {"B1": lambda *_: []})  # type: ignore[dict-item,arg-type]
+        read_beyond(tmp_path, drawn, {"B1": lambda *_: []})  # type: ignore[arg-type]

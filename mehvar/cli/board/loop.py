@@ -86,4 +86,4 @@ def status_of(outcome: BoardRun) -> int:
     if not outcome.board.status.complete:
         typer.echo(f"mehvar: the run ended early: {outcome.board.reason}", err=True)
         return 3
-    return int(outcome.max_ulp > 0 or outcome.x.ulp > 0)
+    return int(not outcome.same)

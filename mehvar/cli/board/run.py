@@ -26,7 +26,7 @@ from mehvar.cli.board.loop import (
     tunable_of,
     with_settings,
 )
-from mehvar.report.board.facts import facts
+from mehvar.report.board.facts import fact_rows, facts
 from mehvar.runtime.board.run import BoardRequest, BoardRun
 from mehvar.runtime.board.targets import TARGETS
 from mehvar.runtime.files import check_file
@@ -79,36 +79,16 @@ def command(
 
 
 def _print_outcome(outcome: BoardRun) -> None:
-    """Print the end of a run and a table of differences, costs and tunings; the table omits what was not measured."""
+    """Print the end of a run and a table of differences, costs and tunings."""
     numbers = facts(outcome)
     layout = outcome.image.program.layout
     typer.echo(
         f"{layout.model} {layout.law} on {numbers['target']} {numbers['board']}: {outcome.board.reason}, "
         f"{numbers['samples']} samples, {outcome.rate:.0f} a second"
     )
-    rows = [
-        ["board against host, in float", f"{numbers['max_ulp']} ulp", "all inputs and the law's memory, bit for bit"],
-        [
-            "float against double",
-            f"{numbers['float_against_double']['max_input']:.3g}",
-            "largest difference of an input",
-        ],
-    ]
+    rows = [[*row] for row in fact_rows(numbers)]
     if outcome.single.status is not outcome.board.status:
         rows += [["the loop on this machine", outcome.single.reason, "in float; its end differs from the board's"]]
-    if numbers["instructions_per_step"] is not None:
-        rows += [
-            ["instructions of a step", str(numbers["instructions_per_step"]), "exact, largest of all samples"],
-            ["cycles of a step", str(numbers["cycles_per_step"] or "-"), "estimate for a Cortex-M4F, no wait states"],
-        ]
-    if outcome.elf is not None:
-        rows += [["flash", f"{outcome.elf.flash} bytes", ""], ["static RAM", f"{outcome.elf.ram} bytes", ""]]
-    if outcome.stats.get("stack_used"):
-        rows += [["stack used", f"{outcome.stats['stack_used']} bytes", "largest use, self-test included"]]
-    if outcome.bound is not None:
-        rows += [["stack at most", f"{outcome.bound.bytes} bytes", "bound from the image, including a fault handler"]]
-    if outcome.selftest is not None:
-        rows += [["self-test", f"{outcome.selftest.crc:08x}", f"CRC-32 of {outcome.selftest.samples} samples"]]
     for tuning in outcome.tunings:
         rows += [[f"tuned before sample {tuning.sample}", _texts(tuning.values), tuning.refusal or "set over the link"]]
     for request in outcome.refused:

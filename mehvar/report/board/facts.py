@@ -128,3 +128,56 @@ def _bound(outcome: BoardRun) -> dict[str, Any] | None:
         return None
     chain = [{"function": name, "bytes": size} for name, size in outcome.bound.chain]
     return {"bytes": outcome.bound.bytes, "chain": chain}
+
+
+def fact_rows(results: dict[str, Any]) -> list[tuple[str, str, str]]:
+    """Return table rows of facts: description, value, evidence."""
+    image, same = results["image"], results["equivalence"]
+    rows = [
+        ("board against host, in float", f"{results['max_ulp']} ulp", "all inputs and the law's memory, bit for bit"),
+        ("inputs", f"{same['inputs']['max_ulp']} ulp of {same['inputs']['compared']}", "exact"),
+        ("memory of the law", f"{same['memory']['max_ulp']} ulp of {same['memory']['compared']}", "exact"),
+        ("states of the plant", f"{same['states']['max_ulp']} ulp of {same['states']['compared']}", "exact"),
+        (
+            "float against double",
+            f"{results['float_against_double']['max_input']:.3g}",
+            "largest of an input",
+        ),
+    ]
+    undelayed = results["board_against_simulation_without_delay"]
+    if undelayed:
+        rows += [
+            ("states, board against simulation without the delay", f"{undelayed['max_state']:.3g} at most", "measured"),
+            ("the same, shifted by one sample", f"{undelayed['max_state_shifted']:.3g} at most", "measured"),
+        ]
+    if results["instructions_per_step"] is not None:
+        least, most = results["instructions_least"], results["instructions_per_step"]
+        rows += [("instructions of a step", f"{least} to {most}", "exact, counted by the emulator")]
+    if results["cycles_per_step"]:
+        text = f"{results['cycles_per_step']}, {results['microseconds_per_step']} µs"
+        rows += [("cycles of a step", text, "estimate: Cortex-M4F timings, no wait states")]
+    if "flash" in image:
+        used, bound = results["stack_used"], results["stack_bound"]
+        rows += [
+            ("flash", f"{image['flash']} bytes", "exact"),
+            ("static RAM", f"{image['ram']} bytes", "exact, without the stack"),
+            ("stack, used", f"{used} bytes" if used else "not asked", "measured largest use, self-test included"),
+            ("stack, at most", f"{bound['bytes']} bytes" if bound else "not known", _chain(bound)),
+            ("stack, reserved", f"{image['stack']} bytes", "exact"),
+            ("routines in double precision", ", ".join(image["double_routines"]) or "none", "exact, by symbols"),
+        ]
+    if results["selftest"]:
+        test = results["selftest"]
+        rows += [("self-test", f"0x{test['crc32']} after {test['samples']} samples", "exact, plant on the target too")]
+    if (ticks := results["ticks"]) and ticks["most"]:  # an emulated clock stands still
+        rows += [
+            ("ticks of a step", f"{ticks['least']} to {ticks['most']} at {ticks['per_second']} /s", ticks["meaning"])
+        ]
+    return [*rows, ("exchanges", f"{results['exchanges_per_second']} /s", "measured on this machine")]
+
+
+def _chain(bound: dict[str, Any] | None) -> str:
+    if bound is None:
+        return "unknown from the image"
+    calls = " → ".join(f"{link['function']} {link['bytes']}" for link in bound["chain"])
+    return f"bound from instructions and calls, one fault included: {calls}"

@@ -3,26 +3,25 @@
 
 from __future__ import annotations
 
-import base64
 import json
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from mehvar.base.units import pretty_unit
-from mehvar.html import page
-from mehvar.pictures.files import pixels, save
 from mehvar.pictures.style import BLUE, COLORS, VERMILLION, new_figure, style, time_axis
+from mehvar.report.page import Block, Drawing, Page, Section, Table, Text, page_text
+from mehvar.report.picture import picture
 from mehvar.reproduction.paper import run_picture
 from mehvar.runtime.board.run import BoardRun, ulps
 from mehvar.runtime.files import filling
 from mehvar.runtime.run.metrics import metrics
 from mehvar.runtime.run.results import to_dataset
 
-from .facts import facts
+from .facts import fact_rows, facts
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -30,17 +29,90 @@ if TYPE_CHECKING:
 
 
 REPORT_NAMES = ("index.html", "board.json", "figures")
+_INPUTS = (
+    "what the board commanded, below it the host in float, their difference in units of the last place, and what float "
+    "costs against double"
+)
 
 
 def write_report(outcome: BoardRun, out: Path, maker: str) -> None:
     """Write index.html, board.json and figures/ into a folder, with the command that made them."""
     results = facts(outcome) | {"metrics": metric_values(outcome)}
-    rows = fact_rows(results, metric_rows(outcome, results["metrics"]))
+    page = _page(outcome, results)
     with filling(out, maker) as folder:
         (folder / "figures").mkdir()
-        figures = [_saved(folder / "figures" / f"{name}.png", title, draw(outcome)) for name, title, draw in _FIGURES]
-        (folder / "index.html").write_text(_page(results, figures, rows), encoding="utf-8")
+        for block in page.sections[0].blocks:
+            if isinstance(block, Drawing):
+                (folder / "figures" / f"{block.picture.name}.png").write_bytes(block.picture.png)
+        (folder / "index.html").write_text(page_text(page), encoding="utf-8")
         (folder / "board.json").write_text(json.dumps(results, indent=1) + "\n", encoding="utf-8")
+
+
+def _page(outcome: BoardRun, results: dict[str, Any]) -> Page:
+    """Return the page about a run: the law on the board, the closed loop, and where both come from."""
+    board, link, image = outcome.board, results["link"], results["image"]
+    loop = run_picture(to_dataset(board), board.manifest)
+    metric_table = Table("Metrics", ("metric", "value", "where"), metric_rows(outcome, results["metrics"]))
+    covered = [
+        (row["function"], f"{row['run']} of {row['lines']}", ", ".join(map(str, row["missed"])) or "none")
+        for row in results["coverage"]
+    ]
+    sides = [(side, ", ".join(f"{k} {v}" for k, v in link[side].items())) for side in ("host", "board") if link[side]]
+    hashes = {
+        "image": image["sha256"],
+        "layout": results["hash"],
+        "model": results["model_hash"],
+        **results["versions"],
+    }
+    versions = [(name, text or "not installed") for name, text in hashes.items()]
+    blocks = [
+        *law_blocks(outcome, results, "inputs"),
+        Drawing(picture("loop", "The closed loop, with the law on the board", "", loop)),
+        metric_table,
+        Table("Lines that ran on the target", ("function", "lines run", "lines not run"), covered),
+    ]
+    origin = [
+        Table("Link", ("side", "counts"), [*sides, ("memory given back to the board", f"{link['restored']} times")]),
+        Table("Versions", ("what", "version"), versions),
+    ]
+    title = f"{results['model']} under {results['controller']}, on {results['board']}"
+    changed = "".join(f", {key} = {value}" for key, value in results["changed"].items())
+    lead = f"Closed loop of scenario {results['scenario']}{changed}, delay of {results['delay']} sample(s)."
+    sections = [Section("board", "On the board", blocks), Section("origin", "Where it comes from", origin)]
+    return Page(title, sections, lead)
+
+
+def law_blocks(outcome: BoardRun, results: dict[str, Any], name: str = "") -> list[Block]:
+    """Return the blocks about a law on a board: verdict, inputs beside the host's, and numbers.
+
+    Parameters
+    ----------
+    outcome : BoardRun
+        The run.
+    results : dict
+        Its facts.
+    name : str
+        Of the picture; without one it has no chart, for pages of many laws.
+    """
+    law = results["controller"]
+    verdict = "✓ 0 ulp, bit for bit" if outcome.same else "✗ board and host differ"
+    case = f"{results['board']}, target {results['target']}; {_extent(outcome, results)}."
+    shown = picture(
+        name or f"{results['model']}-board-{law}", f"Law {law}: {_INPUTS}", "", inputs_figure(outcome),
+        charted=bool(name),
+    )  # fmt: skip
+    rows = [("compiler", results["compiler"], "asked for its version"), *fact_rows(results)]
+    numbers = Table(f"{law}: sizes, instructions and stack", ("what", "value", "how it is known"), rows)
+    return [Text(f"{law}: {verdict}. {case}"), Drawing(shown), numbers]
+
+
+def _extent(outcome: BoardRun, results: dict[str, Any]) -> str:
+    """Return the simulated part of the scenario and the reason for an early end."""
+    run = outcome.board
+    whole, reached = run.scenario.duration, run.t[-1]
+    part = "all" if reached >= whole else f"{reached:g} of the {whole:g} s"
+    early = "" if results["status"] == "done" else f", where the run ended: {run.reason}"
+    return f"{results['samples']} samples of {results['period']:g} s, {part} of scenario {run.scenario.name}{early}"
 
 
 def metric_values(outcome: BoardRun) -> dict[str, dict[str, float]]:
@@ -54,30 +126,14 @@ def metric_values(outcome: BoardRun) -> dict[str, dict[str, float]]:
     }
 
 
-def metric_rows(outcome: BoardRun, values: Mapping[str, Mapping[str, float]]) -> list[tuple[str, str, str]]:
-    """Return table rows of metrics: description, values on board and host, evidence."""
+def metric_rows(outcome: BoardRun, values: dict[str, dict[str, float]]) -> list[tuple[str, str, str]]:
+    """Return table rows of metrics: description, value with its unit, and the run that has it."""
     known = outcome.board.manifest.metrics
     return [
-        (
-            known[metric].description,
-            ", ".join(
-                f"{value:.5g}{f' {known[metric].unit}'.removesuffix(' 1')} ({name.replace('_', ' ')})"
-                for name, value in numbers.items()
-            ),
-            "measured",
-        )
+        (known[metric].description, f"{value:.5g} {known[metric].unit}".removesuffix(" 1"), run.replace("_", " "))
         for metric, numbers in values.items()
+        for run, value in numbers.items()
     ]
-
-
-def _saved(path: Path, title: str, figure: Figure) -> dict[str, Any]:
-    save(figure, path)
-    png = path.read_bytes()
-    return {"title": title, "uri": "data:image/png;base64," + base64.b64encode(png).decode(), "size": pixels(png)}
-
-
-def _loop_figure(outcome: BoardRun) -> Figure:
-    return run_picture(to_dataset(outcome.board), outcome.board.manifest)
 
 
 def inputs_figure(outcome: BoardRun) -> Figure:
@@ -112,70 +168,3 @@ def _inputs_column(column: Sequence[Axes], outcome: BoardRun, unit: str) -> None
     cost = np.abs(board.u_cmd[:rows, places] - double.u_cmd[:rows, places]).max(axis=1, initial=0.0)
     column[3].plot(board.t[:rows], cost, color=BLUE)
     time_axis(column[3], f"float − double [{pretty_unit(unit)}]")
-
-
-_FIGURES: tuple[tuple[str, str, Callable[[BoardRun], Figure]], ...] = (
-    ("loop", "The closed loop, with the law on the board", _loop_figure),
-    (
-        "inputs",
-        "What the board commanded, the same in float on this machine, and how far they are apart",
-        inputs_figure,
-    ),
-)
-
-
-def _page(results: dict[str, Any], figures: Sequence[dict[str, Any]], rows: Sequence[tuple[str, str, str]]) -> str:
-    return page("board.html.j2", results=results, figures=figures, rows=rows)
-
-
-def fact_rows(results: dict[str, Any], more: Sequence[tuple[str, str, str]] = ()) -> list[tuple[str, str, str]]:
-    """Return table rows of facts: description, value, evidence; `more` has rows about the closed loop."""
-    image, same = results["image"], results["equivalence"]
-    rows = [
-        (
-            "inputs, board against host in float",
-            f"{same['inputs']['max_ulp']} ulp of {same['inputs']['compared']}",
-            "exact",
-        ),
-        ("memory of the law", f"{same['memory']['max_ulp']} ulp of {same['memory']['compared']}", "exact"),
-        ("states of the plant", f"{same['states']['max_ulp']} ulp of {same['states']['compared']}", "exact"),
-        ("inputs, float against double", f"{results['float_against_double']['max_input']:.3g} at most", "measured"),
-    ]
-    undelayed = results["board_against_simulation_without_delay"]
-    if undelayed:
-        rows += [
-            ("states, board against simulation without the delay", f"{undelayed['max_state']:.3g} at most", "measured"),
-            ("the same, shifted by one sample", f"{undelayed['max_state_shifted']:.3g} at most", "measured"),
-        ]
-    rows += more
-    if results["instructions_per_step"] is not None:
-        least, most = results["instructions_least"], results["instructions_per_step"]
-        rows += [("instructions of a step", f"{least} to {most}", "exact, counted by the emulator")]
-    if results["cycles_per_step"]:
-        text = f"{results['cycles_per_step']}, {results['microseconds_per_step']} µs"
-        rows += [("cycles of a step", text, "estimate: Cortex-M4F timings, no wait states")]
-    if "flash" in image:
-        used, bound = results["stack_used"], results["stack_bound"]
-        rows += [
-            ("flash", f"{image['flash']} bytes", "exact"),
-            ("static RAM", f"{image['ram']} bytes", "exact, without the stack"),
-            ("stack, used", f"{used} bytes" if used else "not asked", "measured largest use, self-test included"),
-            ("stack, at most", f"{bound['bytes']} bytes" if bound else "not known", _chain(bound)),
-            ("stack, reserved", f"{image['stack']} bytes", "exact"),
-            ("routines in double precision", ", ".join(image["double_routines"]) or "none", "exact, by symbols"),
-        ]
-    if results["selftest"]:
-        test = results["selftest"]
-        rows += [("self-test", f"0x{test['crc32']} after {test['samples']} samples", "exact, plant on the target too")]
-    if (ticks := results["ticks"]) and ticks["most"]:  # an emulated clock stands still
-        rows += [
-            ("ticks of a step", f"{ticks['least']} to {ticks['most']} at {ticks['per_second']} /s", ticks["meaning"])
-        ]
-    return [*rows, ("exchanges", f"{results['exchanges_per_second']} /s", "measured on this machine")]
-
-
-def _chain(bound: dict[str, Any] | None) -> str:
-    if bound is None:
-        return "unknown from the image"
-    calls = " → ".join(f"{link['function']} {link['bytes']}" for link in bound["chain"])
-    return f"bound from instructions and calls, one fault included: {calls}"

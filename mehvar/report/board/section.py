@@ -5,28 +5,29 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from mehvar.base.errors import MissingError
+from mehvar.report.page import Block, Text
 
 if TYPE_CHECKING:
-    from matplotlib.figure import Figure
-
     from mehvar.reproduction.runs import Runs
     from mehvar.runtime.board.run import BoardRun
+
+_MADE = (
+    "The firmware that mehvar board build makes of each law, run on an emulated board. Every input, memory number and "
+    "state is compared with the law in float on this machine. No silicon has been touched."
+)
 
 
 @dataclass(frozen=True)
 class OnBoard:
-    """Run of a law on the emulated board; `extent` is the simulated part of the scenario."""
+    """Run of a law on the emulated board: True if it has the host's bits, the hash of its image, and its blocks."""
 
     law: str
     same: bool
-    title: str
-    extent: str
-    rows: Sequence[tuple[str, str, str]]
     image: str
-    figure: Figure
+    blocks: Sequence[Block] = ()
 
 
 @dataclass(frozen=True)
@@ -41,36 +42,24 @@ class Boards:
         """True if every law is bit-identical to the host."""
         return all(law.same for law in self.laws)
 
+    @property
+    def blocks(self) -> list[Block]:
+        """Blocks of the section."""
+        return [Text(self.missing or _MADE), *(block for law in self.laws for block in law.blocks)]
+
 
 def run_boards(runs: Runs) -> Boards:
     """Run each law on the emulated board and compare it with the law in float on this machine."""
     try:
-        return Boards([_on_board(runs.board(law)) for law in runs.model.manifest.controllers])
+        return Boards([on_board(runs.board(law)) for law in runs.model.manifest.controllers])
     except MissingError as error:
         return Boards(missing=f"Not run: {error}.")
 
 
-def _on_board(outcome: BoardRun) -> OnBoard:
-    """Return the report's entry on a law; `same` is true if inputs and states are bit-identical."""
+def on_board(outcome: BoardRun) -> OnBoard:
+    """Return the report's entry on a law."""
     from .facts import facts
-    from .page import fact_rows, inputs_figure
+    from .page import law_blocks
 
     results = facts(outcome)
-    return OnBoard(
-        results["controller"],
-        same=outcome.max_ulp == 0 and outcome.x.ulp == 0,
-        title=f"{results['board']}, emulated by {results['target']}; {results['compiler']}",
-        extent=_extent(outcome, results),
-        rows=fact_rows(results),
-        image=results["image"]["sha256"],
-        figure=inputs_figure(outcome),
-    )
-
-
-def _extent(outcome: BoardRun, results: dict[str, Any]) -> str:
-    """Return the simulated part of the scenario and the reason for an early end."""
-    run = outcome.board
-    whole, reached = run.scenario.duration, run.t[-1]
-    part = "all" if reached >= whole else f"{reached:g} of the {whole:g} s"
-    early = "" if results["status"] == "done" else f", where the run ended: {run.reason}"
-    return f"{results['samples']} samples of {results['period']:g} s, {part} of scenario {run.scenario.name}{early}"
+    return OnBoard(results["controller"], outcome.same, results["image"]["sha256"], law_blocks(outcome, results))

@@ -2,7 +2,7 @@
 // The numbers of the page, and its colours.
 "use strict";
 
-const Report = { scenes: {}, data: JSON.parse(document.getElementById("data").textContent) };
+const Report = { data: JSON.parse(document.getElementById("data").textContent) };
 
 /** Numbers from base64 of 32-bit little-endian floats. */
 Report.floats = (text) => {

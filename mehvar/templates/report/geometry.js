@@ -57,9 +57,9 @@
     return { ...around(drawn.flatMap(([points, arrow]) => (arrow ? bounded(points, body) : points))), body };
   };
 
-  Report.scenes.geometry = {
+  Report.geometry = {
     camera: { azimuth: -1.25, elevation: 0.2, distance: 8 },
-    draw({ context, size, camera, constants: { shapes }, runs, now, other }) {
+    draw({ context, size, camera, shapes, runs, now, other }) {
       const reach = extent(runs, shapes), scale = 0.42 * Math.min(size.width, size.height);
       const painter = new Report.Painter(context, camera.project(size, scale));
       const near = (point) => point.map((v, axis) => (v - reach.middle[axis]) / reach.size);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Play, pause, scrub: a stage with a picture that a scene draws, charts beside it, and one time for both.
+// Play, pause, scrub: a stage with the picture of a system, charts beside it, and one time for both.
 "use strict";
 
 (() => {
@@ -26,14 +26,14 @@
 
   const option = (text, value = text) => Report.element("option", { textContent: text, value });
 
-  /** One stage: `root` is the element with the controls, `data` the scene's runs, `scene` draws. */
+  /** One stage: `root` is the element with the controls, `data` the runs. */
   class Player {
-    constructor(root, data, scene) {
-      Object.assign(this, { root, data, scene, time: 0, playing: false, seen: false, paused: false, charts: [] });
+    constructor(root, data) {
+      Object.assign(this, { root, data, time: 0, playing: false, seen: false, paused: false, charts: [] });
       this.runs = Object.fromEntries(Object.entries(data.runs).map(([title, run]) => [title, decoded(run)]));
       this.part = (name) => root.querySelector(`[data-part="${name}"]`);
       this.canvas = this.part("canvas");
-      this.camera = scene.camera ? Report.camera(scene.camera) : null;
+      this.camera = Report.camera(Report.geometry.camera);
       this.fill();
       this.listen();
       this.resize();
@@ -58,10 +58,8 @@
       this.part("scrub").addEventListener("input", (event) => this.go(Number(event.target.value)));
       for (const name of ["run", "compare"]) this.part(name).addEventListener("change", () => this.choose());
       this.canvas.addEventListener("keydown", (event) => this.key(event));
-      if (this.camera) {
-        this.camera.follow(this.canvas, () => this.draw());
-        this.camera.offer(this.part("view"), () => this.draw());
-      } else this.part("view").parentElement.hidden = true;
+      this.camera.follow(this.canvas, () => this.draw());
+      this.camera.offer(this.part("view"), () => this.draw());
       new ResizeObserver(() => { this.resize(); this.draw(); }).observe(this.canvas.parentElement);
       const tracks = this.part("tracks");
       new ResizeObserver(() => this.charts.forEach(({ chart }) => {
@@ -83,7 +81,7 @@
       const step = this.end / 100;
       const moves = { ArrowRight: step, ArrowLeft: -step, Home: -Infinity, End: Infinity };
       if (event.key === " ") this.toggle();
-      else if (event.key in moves && !(this.camera && event.shiftKey)) { this.stop(); this.paused = true; this.go(this.time + moves[event.key]); }
+      else if (event.key in moves && !event.shiftKey) { this.stop(); this.paused = true; this.go(this.time + moves[event.key]); }
       else return;
       event.preventDefault();
     }
@@ -141,8 +139,8 @@
       const size = { width: this.canvas.width / ratio, height: this.canvas.height / ratio };
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
       context.clearRect(0, 0, size.width, size.height);
-      this.scene.draw({
-        context, size, camera: this.camera, constants: this.data.constants, run: this.run, time: this.time,
+      Report.geometry.draw({
+        context, size, camera: this.camera, shapes: this.data.shapes,
         now: Report.sample(this.run, this.time), other: this.other && Report.sample(this.other, this.time), runs: Object.values(this.runs),
       });
       this.part("time").textContent = `${this.time.toFixed(1)} s`;
@@ -158,8 +156,8 @@
     lines(panel, other = null) {
       return panel.lines.map((line) => {
         const values = other ? this.run.t.map((t) => Report.sample(other, t)[line.column]) : this.run.columns[line.column];
-        const look = other ? { name: `${line.name}, beside`, dash: [2, 3], width: 1 } : { dash: line.dash ? [6, 4] : [] };
-        return { ...line, ...look, y: values.map((v) => panel.scale * v) };
+        const look = other ? { name: `${line.name}, beside`, dash: [2, 3], width: 1 } : { dash: [] };
+        return { ...line, ...look, y: values };
       });
     }
 

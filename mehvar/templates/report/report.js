@@ -28,7 +28,7 @@
   Report.players = {};
   for (const root of document.querySelectorAll("[data-scene]")) {
     const name = root.dataset.scene;
-    Report.players[name] = new Report.Player(root, Report.data.scenes[name], Report.scenes[Report.data.scenes[name].drawn_by]);
+    Report.players[name] = new Report.Player(root, Report.data.scenes[name]);
   }
 
   /** What is wider than its box is reached with the keyboard too, and has a shadow at the edge beyond which there is more. */

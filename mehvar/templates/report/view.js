@@ -45,16 +45,6 @@
     return camera;
   };
 
-  /** A function that turns body axes into the fixed ones: yaw about z, then pitch about y, then roll about x. */
-  Report.turned = (roll, pitch, yaw) => {
-    const [cr, sr, cp, sp, cy, sy] = [roll, pitch, yaw].flatMap((angle) => [Math.cos(angle), Math.sin(angle)]);
-    return ([x, y, z]) => [
-      cp * cy * x + (sr * sp * cy - cr * sy) * y + (cr * sp * cy + sr * sy) * z,
-      cp * sy * x + (sr * sp * sy + cr * cy) * y + (cr * sp * sy - sr * cy) * z,
-      -sp * x + sr * cp * y + cr * cp * z,
-    ];
-  };
-
   /** Things to draw, the farthest first. */
   Report.Painter = class {
     constructor(context, project) { Object.assign(this, { context, project, things: [] }); }
@@ -128,8 +118,8 @@
   };
 
   /** Text centred at a point of the canvas. */
-  Report.write = (context, text, x, y, color, { size = 13, align = "center" } = {}) => {
-    Object.assign(context, { fillStyle: color, font: `${size}px system-ui, sans-serif`, textAlign: align, textBaseline: "middle" });
+  Report.write = (context, text, x, y, color) => {
+    Object.assign(context, { fillStyle: color, font: "13px system-ui, sans-serif", textAlign: "center", textBaseline: "middle" });
     context.fillText(text, x, y);
   };
 })();

@@ -14,7 +14,7 @@
     constructor(root, simulator, shapes, then) {
       Object.assign(this, { simulator, shapes, then, time: 0, end: 0, rows: 0, playing: false, paused: still.matches });
       [this.canvas, this.button, this.scrub, this.told] = root.querySelectorAll("canvas, button, input, output");
-      this.camera = Report.camera(Report.scenes.geometry.camera);
+      this.camera = Report.camera(Report.geometry.camera);
       this.camera.follow(this.canvas, () => this.draw());
       this.camera.offer(root.querySelector("select"), () => this.draw());
       this.button.addEventListener("click", () => this.toggle());
@@ -102,7 +102,7 @@
       context.setTransform(ratio, 0, 0, ratio, 0, 0);
       context.clearRect(0, 0, size.width, size.height);
       const { camera, shapes, reached: runs } = this;
-      Report.scenes.geometry.draw({ context, size, camera, constants: { shapes }, runs, now: this.now() });
+      Report.geometry.draw({ context, size, camera, shapes, runs, now: this.now() });
     }
   };
 })();

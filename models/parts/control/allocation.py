@@ -47,7 +47,7 @@ def _effects(part: Part, at: Mounted, centre: sp.Matrix) -> list[tuple[sp.Matrix
 
 
 def allocated(
-    frame: Frame, name: str, wanted: Sequence[Expr], parts: Actuators, matrix: sp.Matrix, limits: Sequence[Expr | None]
+    frame: Frame, name: str, wanted: Sequence[Expr], parts: Actuators, matrix: sp.Matrix, limits: Sequence[Expr]
 ) -> list[Expr]:
     """Return the inputs that produce a demanded force and torque.
 
@@ -63,8 +63,8 @@ def allocated(
         The actuators.
     matrix : sympy.Matrix
         B, which depends only on parameters.
-    limits : sequence of Expr or None
-        Limit of each input.
+    limits : sequence of Expr
+        Limit of each input, which may be infinite.
     """
     rows, size = matrix.shape
     named = sp.Matrix(
@@ -83,7 +83,7 @@ def allocated(
         inputs = _pushing(frame, name, inputs, named, normal)
     elif any(pushes):
         raise ModelError(f"{name}: thrusters only push; command them and other actuators in separate calls")
-    over = [sp.Abs(u) / limit for u, limit in zip(inputs, limits, strict=True) if limit is not None]
+    over = [sp.Abs(u) / limit for u, limit in zip(inputs, limits, strict=True) if limit != sp.oo]
     if not over:
         return inputs
     scale = frame.define(f"{name}_over", sp.Max(1, *over), "largest input over its limit, at least 1")

@@ -24,7 +24,7 @@ from typing import Annotated, Protocol
 import sympy as sp
 
 from ...derivation import Expr
-from ...estimation.factors import Define, Factors, above
+from ...estimation.factors import Define, Factors
 from ...forms.samples import whole_number_margin
 from ...mechanics import quaternion_product, quaternion_rotation
 from ...quantities import ModelError, Quantity
@@ -35,8 +35,8 @@ from ..sensors import Gyro, StarTracker
 from ..values import Number, scalar
 
 HALF = sp.Rational(1, 2)
-_ERROR = ("1",) * 3 + ("1/s",) * 3
-"""Units of the error vector: three angles, three biases."""
+_SIZE = 6
+"""Of the error vector: three angles, three biases."""
 _LOST = 3
 """Consecutive rejections after which a filter counts as diverged; a sound filter rejects one in a million."""
 
@@ -158,7 +158,8 @@ class _Sample:
         self.period = at.craft.period
         self.q = [self._keep(f"q{k}", "1", f"quaternion, {k}", int(k == 0)) for k in range(4)]
         self.bias = sp.Matrix([self._keep(f"bias_{axis}", "rad/s", f"bias of the gyro, {axis}") for axis in AXES])
-        self.factors = self._factors()
+        variances = (at.values.attitude**2,) * 3 + (at.values.bias**2,) * 3
+        self.factors = Factors.kept(self._keep, ("1",) * 3 + ("1/s",) * 3, variances)
         self.count = self._keep("count", "1", "samples since the last measurement; -1 before the first", -1)
         self.nis = self._keep("nis", "1", "squared innovation of the last measurement over its variance")
         self.rejected = self._keep("rejected", "1", "measurements rejected in a row")
@@ -167,23 +168,6 @@ class _Sample:
 
     def _keep(self, name: str, unit: str, meaning: str, begin: Expr | float = 0) -> sp.Symbol:
         return self.law.keep(f"{self.of.name}_{name}", unit, f"{self.of.name}: {meaning}", begin)
-
-    def _factors(self) -> Factors:
-        """Keep the covariance's factors in memory."""
-        values = self.at.values
-        begin = (values.attitude**2,) * 3 + (values.bias**2,) * 3
-        square = {"1": "1", "1/s": "1/s^2"}
-        diagonal = [
-            self._keep(f"D{k + 1}", square[unit], f"covariance U D U', entry {k + 1} of D", begin[k])
-            for k, unit in enumerate(_ERROR)
-        ]
-        entries = {
-            (i, j): self._keep(
-                f"U{i + 1}{j + 1}", "1" if _ERROR[i] == _ERROR[j] else "s", f"entry {i + 1}, {j + 1} of U"
-            )
-            for i, j in above(len(_ERROR))
-        }
-        return Factors.of(entries, diagonal)
 
     def define(self, name: str, expr: Expr, title: str) -> Expr:
         """Name a step."""
@@ -219,7 +203,7 @@ class _Sample:
         bend = self.define("bend", 1 - angle.dot(angle) / 6, "share of a bias across the turn")
         across = [self.define(f"along{i}", angle.dot(middle[:, i]) / 6, "of a bias along it") for i in range(3)]
         entries = sp.Matrix(3, 3, lambda i, j: -self.period * (bend * middle[j, i] + across[i] * angle[j]))
-        transition = sp.eye(len(_ERROR))
+        transition = sp.eye(_SIZE)
         transition[:3, 3:] = sp.Matrix(
             3, 3, lambda i, j: self.define(f"B{i + 1}{j + 1}", entries[i, j], "angle by a bias")
         )
@@ -265,16 +249,14 @@ class _Sample:
         scalar, *off = quaternion_product((now[0], *(-now[1:, 0])), seen)
         over = self.define("over", 2 / scalar, "angle over half its sine, nearly")
         turn = self.rotation("turn", list(now))
-        correction, factors, terms = sp.zeros(len(_ERROR), 1), prior, []
-        for k, axis in enumerate(AXES):
-            define = self.stage(f"angle_{axis}")
-            row = [*turn.row(k), 0, 0, 0]
-            factors, product, over_variance = factors.measured(define, row, self.tracker.sigma[k] ** 2)
-            innovation = define("innovation", over * off[k] - sp.Matrix(row).dot(correction), "innovation")
-            share = define("share", innovation * over_variance, "innovation over its variance")
-            correction = self.vector(f"angle_{axis}_x", correction + share * sp.Matrix(product), "correction")
-            terms.append(innovation * share)
-        nis = self.define("nis_now", sp.Add(*terms), "squared innovation over its variance")
+        correction, factors, terms = prior.corrected(
+            self.stage,
+            (
+                (f"angle_{axis}", [*turn.row(k), 0, 0, 0], self.tracker.sigma[k] ** 2, over * off[k])
+                for k, axis in enumerate(AXES)
+            ),
+        )
+        nis = self.define("nis_now", terms, "squared innovation over its variance")
         due = self.due
         flag = sp.Piecewise((1, sp.And(due, nis <= self.at.values.gate)), (0, True))
         taken = self.define("taken", flag, "1 where there is a measurement that is not rejected") > HALF

@@ -243,10 +243,7 @@ class Law:
 LawText = Callable[[Law], Commands]
 
 
-def _limit(values: object) -> Expr | None:
-    """Return the limit of an actuator as a parameter of the law."""
-    for name in ("torque_limit", "limit"):
-        limit: Expr | None = getattr(values, name, None)
-        if limit is not None:
-            return limit
-    return None
+def _limit(values: object) -> Expr:
+    """Return the limit of an actuator as a parameter of the law; infinity without one."""
+    limit: Expr = getattr(values, "torque_limit", getattr(values, "limit", sp.oo))
+    return limit

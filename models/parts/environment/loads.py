@@ -17,7 +17,7 @@ from ...quantities import ModelError, Quantity
 from ..frame import point_inertia
 from ..hub import Pulsed
 from ..mechanisms.tethers import Rod
-from ..part import Mounted, Part
+from ..part import Mounted, Part, clipped
 from ..terms import Load
 from ..values import Number, Vector, direction, place, scalar, vector
 from .orbit import sky
@@ -52,7 +52,7 @@ class GravityGradient(Part):
         mass = at.define("m", whole.mass, "mass", "kg")
         centre = at.vector("c", whole.first / mass, "centre of mass", "m")
         inertia = whole.inertia - point_inertia(mass, centre)
-        inertia = at.frame.tensor(f"{at.name}_J", inertia, "gradient: inertia about the centre of mass", "kg m^2")
+        inertia = at.tensor("J", inertia, "inertia about the centre of mass", "kg m^2")
         up = here.up
         turned = at.vector("Jn", inertia * up, "inertia times the direction from the Earth", "kg m^2")
         along = at.define("nJn", up.dot(turned), "moment of inertia along that direction", "kg m^2")
@@ -96,7 +96,7 @@ class Magnetorquer(Pulsed):
     """
 
     axis: Annotated[Vector, direction("a", "axis")]
-    limit: Annotated[Number | None, scalar("mmax", "A m^2", "largest dipole")] = None
+    limit: Annotated[Number | None, scalar("mmax", "A m^2", "largest dipole", absent=sp.oo)] = None
     duty: Annotated[Number | None, scalar("duty", "1", "share of a period in which it acts", "(0, 1]")] = None
 
     @property
@@ -119,8 +119,7 @@ class Magnetorquer(Pulsed):
         return (Load(couple=share * self.inputs()[0].symbol * at.values.axis.cross(sky(at).field)),)
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
-        limit = at.values.limit
-        return tuple(commanded) if limit is None else (sp.Min(sp.Max(commanded[0], -limit), limit),)
+        return (clipped(commanded[0], at.values.limit),)
 
 
 @dataclass(frozen=True)

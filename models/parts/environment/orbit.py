@@ -351,19 +351,17 @@ class Sky:
     @property
     def field(self) -> sp.Matrix:
         """Magnetic field of the rotating Earth, Wb/m^2: of its dipole, or of Gauss coefficients."""
-        v, frame = self.orbit.values, self.orbit.frame
+        v = self.orbit.values
         if v.gauss:
             turn = frame_turn(2, v.longitude + v.spin * TIME.symbol)
             turn = sp.Matrix(3, 3, lambda i, j: self.orbit.define(f"E{i}{j}", turn[i, j], "turn of the Earth", "1"))
             place = self.orbit.vector("fixed_", turn * self.part.place, "place in axes of the Earth", "m")
             value = turn.T * gauss_field(v.gauss, place, v.reference, self.orbit.define)
-            return self._seen(
-                "B", self.orbit.vector("B0", value, "magnetic field, inertial", "Wb/m^2"), "field", "Wb/m^2"
-            )
-        pole = direction(v.longitude + v.spin * TIME.symbol, sp.pi / 2 - v.tilt)
-        radius, up = _radius(self.part, frame)
-        pole = self.orbit.vector("pole_", pole, "direction of the magnetic dipole, towards north", "1")
-        value = v.dipole / radius**3 * (pole - 3 * pole.dot(up) * up)
+        else:
+            pole = direction(v.longitude + v.spin * TIME.symbol, sp.pi / 2 - v.tilt)
+            radius, up = _radius(self.part, self.orbit.frame)
+            pole = self.orbit.vector("pole_", pole, "direction of the magnetic dipole, towards north", "1")
+            value = v.dipole / radius**3 * (pole - 3 * pole.dot(up) * up)
         return self._seen("B", self.orbit.vector("B0", value, "magnetic field, inertial", "Wb/m^2"), "field", "Wb/m^2")
 
     @property

@@ -49,8 +49,10 @@ class Bob(Part):
     mass: Annotated[Number, scalar("m", "kg", "mass")]
     length: Annotated[Number, scalar("l", "m", "length of the rod")]
     at: Annotated[Vector, place("r", "pivot")] = (0, 0, 0)
-    damping: Annotated[Number | None, scalar("c", "N m s", "damping", "[0, inf)")] = None
-    inertia: Annotated[Number | None, scalar("I", "kg m^2", "moment of inertia across the rod", "[0, inf)")] = None
+    damping: Annotated[Number | None, scalar("c", "N m s", "damping", "[0, inf)", absent=0)] = None
+    inertia: Annotated[
+        Number | None, scalar("I", "kg m^2", "moment of inertia across the rod", "[0, inf)", absent=0)
+    ] = None
     rest: tuple[int, int, int] = (-1, 0, 0)
 
     def __post_init__(self) -> None:
@@ -92,14 +94,9 @@ class Bob(Part):
         v, e = at.values, self.direction
         slip = self.turning - at.frame.rate.cross(e)
         place, velocity = v.at + v.length * e, v.length * slip
-        inertia = v.inertia if v.inertia is not None else sp.S.Zero
-        return Aggregates(
-            v.mass, v.mass * place,
-            point_inertia(v.mass, place) + inertia * (sp.eye(3) - e * e.T),
-            v.mass * velocity,
-            v.mass * place.cross(velocity) + inertia * e.cross(slip),
-            (v.mass * velocity.dot(velocity) + inertia * slip.dot(slip)) / 2,
-            power=-v.damping * slip.dot(slip) if v.damping is not None else sp.S.Zero,
+        return Aggregates.body(v.mass, place, velocity=velocity) + Aggregates(
+            inertia=v.inertia * (sp.eye(3) - e * e.T), angular=v.inertia * e.cross(slip),
+            energy=v.inertia * slip.dot(slip) / 2, power=-v.damping * slip.dot(slip),
         )  # fmt: skip
 
     def contribution(self, at: Mounted) -> Contribution:
@@ -108,13 +105,11 @@ class Bob(Part):
         swing = at.define("ml", v.mass * v.length, "mass times length", "kg m")
         moving = at.define("mv", v.mass * self._gain(at) * v.length, "mass that swings", "kg")
         loads: tuple[Load, ...] = ()
-        if v.damping is not None:
+        if v.damping != 0:
             loss = at.define("kc", self._gain(at) * v.damping, "damping force over e'", "N s")
             force = at.vector("F", loss * slip, "damping force at the pivot", "N")
             loads = (Load(force, v.at, v.damping * e.cross(slip)),)
-        mass: Expr = sp.S.Zero
-        if v.inertia is not None:
-            mass = at.define("mf", v.mass * v.inertia / self._total(at), "mass that stays with the pivot", "kg")
+        mass = at.define("mf", v.mass * v.inertia / self._total(at), "mass that stays with the pivot", "kg")
         follower = Follower(moving, e, v.at, at.define("T0", swing * squared, "centrifugal pull along the rod", "N"))
         return Contribution(mass, mass * v.at, point_inertia(mass, v.at), loads=loads, followers=(follower,))
 
@@ -124,10 +119,8 @@ class Bob(Part):
         gain, (pull,) = self._gain(at), motion.pulls
         pivot = motion.at(v.at, f"{self.name}_aP", f"pivot of {self.name}")
         value = at.define("kae", pull / (v.mass * v.length), "second rate along the rod", "1/s^2")
-        result = value * e - gain * pivot - w.cross(u)
-        if v.damping is not None:
-            result -= at.define("cD", v.damping / self._total(at), "damping over inertia", "1/s") * slip
-        return (*slip, *result)
+        drag = at.define("cD", v.damping / self._total(at), "damping over inertia", "1/s") * slip
+        return (*slip, *(value * e - gain * pivot - w.cross(u) - drag))
 
     def slip(self, at: Mounted) -> sp.Matrix:
         """Return e', the rate of the rod's direction in hub axes."""
@@ -140,8 +133,8 @@ class Bob(Part):
         return slip, at.define("uu", u.dot(u), "square of the rate", "1/s^2")
 
     def _total(self, at: Mounted) -> Expr:
-        v = at.values
-        return v.mass * v.length**2 + (v.inertia if v.inertia is not None else sp.S.Zero)
+        total: Expr = at.values.mass * at.values.length**2 + at.values.inertia
+        return total
 
     def _gain(self, at: Mounted) -> Expr:
         """Return m l/D."""

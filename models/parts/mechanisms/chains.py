@@ -13,7 +13,7 @@ The recursion is that of Featherstone: Rigid body dynamics algorithms. Springer 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass
 from types import SimpleNamespace
 from typing import Annotated
 
@@ -25,15 +25,14 @@ from ...derivation import Expr
 from ...geometry import Shape
 from ...mechanics import cross_matrix, quaternion_product, quaternion_rotation
 from ...quantities import ModelError, Quantity
-from ...system import Condition
-from ..frame import AXES, ZERO, point_inertia, quaternion, triple
+from ..frame import ZERO, point_inertia, quaternion, triple
 from ..motion import Motion
 from ..part import Mounted, Part, points, start
 from ..terms import Aggregates, Contribution, Load, State
-from ..values import Complete, Number, Parameters, Tensor, Vector, conditions, direction, kinds, place, scalar, tensor
+from ..values import Complete, Number, Parameters, Rows, Tensor, Vector, direction, place, scalar, tensor
+from .joints import freedom
 
 JOINTS = ("hinge", "slider", "ball")
-_OPTIONAL = {"stiffness": scalar("k", "", "stiffness", "[0, inf)"), "damping": scalar("d", " s", "damping", "[0, inf)")}
 
 
 @dataclass(frozen=True)
@@ -66,8 +65,8 @@ class Link(metaclass=Complete):
     axis: Annotated[Vector | None, direction("a", "axis")] = None
     at: Annotated[Vector, place("r", "joint from the one before")] = (0, 0, 0)
     centre: Annotated[Vector, place("c", "centre of mass from the joint, at zero")] = (0, 0, 0)
-    stiffness: Number | None = None
-    damping: Number | None = None
+    stiffness: Annotated[Number | None, scalar("k", "N m/rad", "stiffness", "[0, inf)", absent=0)] = None
+    damping: Annotated[Number | None, scalar("d", "N m s/rad", "damping", "[0, inf)", absent=0)] = None
     motor: bool = False
 
     def __post_init__(self) -> None:
@@ -80,17 +79,24 @@ class Link(metaclass=Complete):
         if self.joint == "ball" and (self.motor or self.stiffness is not None):
             raise ModelError("a ball joint cannot have a motor or a stiffness; leave them out")
 
+    @property
+    def units(self) -> dict[str, str]:
+        """Units of fields that depend on the joint."""
+        return {"stiffness": "N/m", "damping": "N s/m"} if self.joint == "slider" else {}
+
 
 @dataclass(frozen=True)
-class LinkMotion:
-    """Position and motion of a link.
+class _Body:
+    """A link in motion.
 
     Attributes
     ----------
-    before : sympy.Matrix
-        Rotation of the body before it.
+    k, name : int and str
+        Its number from the hub, and start of the names of its states.
+    link, values : Link and namespace
+        The link, and the symbols of its fields.
     rotation : sympy.Matrix
-        Its own.
+        From the axes at zero.
     arm : sympy.Matrix
         P_k from the P of the body before it, m.
     before_rate, rate : sympy.Matrix
@@ -105,7 +111,10 @@ class LinkMotion:
         About the centre of mass, kg m^2.
     """
 
-    before: sp.Matrix
+    k: int
+    name: str
+    link: Link
+    values: SimpleNamespace
     rotation: sp.Matrix
     arm: sp.Matrix
     before_rate: sp.Matrix
@@ -114,6 +123,32 @@ class LinkMotion:
     slip: sp.Matrix
     centre: sp.Matrix
     inertia: sp.Matrix
+
+    @property
+    def speeds(self) -> list[sp.Symbol]:
+        """Symbols of the joint's speeds."""
+        return [q.symbol for q in speeds_of(self.name, self.link)]
+
+    @property
+    def place(self) -> sp.Symbol:
+        """Symbol of the coordinate of a hinge or slider."""
+        return places_of(self.name, self.link)[0].symbol
+
+    @property
+    def drive(self) -> Expr:
+        """Force or torque of the motor."""
+        return _motor(self.name, self.link).symbol if self.link.motor else sp.S.Zero
+
+    @property
+    def forces(self) -> list[Expr]:
+        """Force of motor, damper and spring along each speed."""
+        spring = self.values.stiffness * self.place
+        return [self.drive - self.values.damping * speed - spring for speed in self.speeds]
+
+    def bias(self, before: sp.Matrix) -> sp.Matrix:
+        """Return z, the joint's contribution to x that does not depend on its acceleration."""
+        turned = before.cross(self.slip)
+        return sp.Matrix([*(2 * turned), *ZERO]) if self.link.joint == "slider" else sp.Matrix([*ZERO, *turned])
 
 
 @dataclass(frozen=True)
@@ -139,39 +174,13 @@ class Chain(Part):
         From the hub to the tip.
     """
 
-    links: Sequence[Link] = field(default=())
-
-    def __post_init__(self) -> None:
-        if not self.links:
-            raise ModelError(f"{self.name}.links: must have at least one link")
-
-    def values(self, parameters: Parameters) -> SimpleNamespace:
-        links = []
-        for name, link in self._named():
-            result, place = parameters.of(link, name), "m" if link.joint == "slider" else "rad"
-            force = "N" if link.joint == "slider" else "N m"
-            for option, kind in _OPTIONAL.items():
-                value, kind = getattr(link, option), replace(kind, unit=f"{force}{kind.unit}/{place}")
-                symbol = (
-                    None if value is None else parameters.number(kind, f"{name}_{kind.symbol}", value, kind.meaning)
-                )
-                setattr(result, option, symbol)
-            links.append(result)
-        return SimpleNamespace(links=links)
-
-    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
-        pairs = zip(self._named(), at.values.links, strict=True)
-        return tuple(c for (name, link), v in pairs for c in conditions(name, v, kinds(link) | _OPTIONAL))
+    links: Annotated[Sequence[Link], Rows(Link)] = ()
 
     def _named(self) -> list[tuple[str, Link]]:
         return [(f"{self.name}_{k}", link) for k, link in enumerate(self.links, 1)]
 
     def inputs(self) -> tuple[Quantity, ...]:
-        return tuple(
-            Quantity(f"{name}_motor", "N" if link.joint == "slider" else "N m", f"motor of {name}")
-            for name, link in self._named()
-            if link.motor
-        )
+        return tuple(_motor(name, link) for name, link in self._named() if link.motor)
 
     def states(self, scenario: Parameters) -> tuple[State, ...]:
         result: list[State] = []
@@ -193,56 +202,36 @@ class Chain(Part):
                 result |= {entry: entry / size for entry in q}
         return result
 
-    def _link_motions(self, at: Mounted) -> list[LinkMotion]:
-        rotation, rate, link_motions = sp.eye(3), ZERO, []
+    def _bodies(self, at: Mounted) -> list[_Body]:
+        rotation, rate, bodies = sp.eye(3), ZERO, list[_Body]()
         for k, ((name, link), v) in enumerate(zip(self._named(), at.values.links, strict=True), 1):
-            link_motion = _link_motion(at, k, name, link, v, rotation, rate)
-            rotation, rate = link_motion.rotation, link_motion.rate
-            link_motions.append(link_motion)
-        return link_motions
+            bodies.append(_body(at, k, name, link, v, rotation, rate))
+            rotation, rate = bodies[-1].rotation, bodies[-1].rate
+        return bodies
 
     def aggregates(self, at: Mounted) -> Aggregates:
-        joint, velocity = ZERO, ZERO
-        mass, first, inertia, momentum, angular = sp.S.Zero, ZERO, sp.zeros(3, 3), ZERO, ZERO
-        energy = potential = power = sp.S.Zero
-        motors = iter(self.inputs())
-        for k, (link_motion, v, (name, link)) in enumerate(
-            zip(self._link_motions(at), at.values.links, self._named(), strict=True), 1
-        ):
-            sliding = link_motion.slip if link.joint == "slider" else ZERO
-            joint = at.vector(f"P{k}_", joint + link_motion.arm, f"place of joint {k}", "m")
-            velocity = at.vector(
-                f"dP{k}_",
-                velocity + link_motion.before_rate.cross(link_motion.arm) + sliding,
-                f"speed of joint {k}",
-                "m/s",
-            )
-            centre = at.vector(f"C{k}_", joint + link_motion.centre, f"centre of mass of body {k}", "m")
-            moving = at.vector(
-                f"dC{k}_", velocity + link_motion.rate.cross(link_motion.centre), f"its speed, body {k}", "m/s"
-            )
-            spin = link_motion.inertia * link_motion.rate
-            mass, first = mass + v.mass, first + v.mass * centre
-            inertia += link_motion.inertia + point_inertia(v.mass, centre)
-            momentum, angular = momentum + v.mass * moving, angular + v.mass * centre.cross(moving) + spin
-            energy += (v.mass * moving.dot(moving) + link_motion.rate.dot(spin)) / 2
-            speeds = [q.symbol for q in speeds_of(name, link)]
-            if v.stiffness is not None:
-                potential += v.stiffness * places_of(name, link)[0].symbol ** 2 / 2
-            if v.damping is not None:
-                power -= v.damping * sp.Add(*(speed**2 for speed in speeds))
-            if link.motor:
-                power += next(motors).symbol * speeds[0]
-        return Aggregates(mass, first, inertia, momentum, angular, energy, potential, power=power)
+        joint, velocity, result = ZERO, ZERO, Aggregates()
+        for body in self._bodies(at):
+            k, v, speeds = body.k, body.values, body.speeds
+            sliding = body.slip if body.link.joint == "slider" else ZERO
+            velocity += body.before_rate.cross(body.arm) + sliding
+            joint = at.vector(f"P{k}_", joint + body.arm, f"place of joint {k}", "m")
+            velocity = at.vector(f"dP{k}_", velocity, f"speed of joint {k}", "m/s")
+            centre = at.vector(f"C{k}_", joint + body.centre, f"centre of mass of body {k}", "m")
+            moving = at.vector(f"dC{k}_", velocity + body.rate.cross(body.centre), f"its speed, body {k}", "m/s")
+            power = body.drive * speeds[0] - v.damping * sp.Add(*(speed**2 for speed in speeds))
+            result += Aggregates.body(v.mass, centre, body.inertia, moving, body.rate)
+            result += Aggregates(potential=v.stiffness * body.place**2 / 2, power=power)
+        return result
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
         """Return the joints and the centre of mass of each link."""
         joint, path, balls = ZERO, [], []
-        for (name, _), link_motion in zip(self._named(), self._link_motions(at), strict=True):
-            joint = joint + link_motion.arm
-            centre = joint + link_motion.centre
+        for body in self._bodies(at):
+            joint = joint + body.arm
+            centre = joint + body.centre
             path.append(joint)
-            balls.append(Shape(name, "ball", points(centre), "orange"))
+            balls.append(Shape(body.name, "ball", points(centre), "orange"))
         return Shape(f"{self.name} joints", "rod", points(*path, centre), "orange"), *balls
 
     def contribution(self, at: Mounted) -> Contribution:
@@ -252,81 +241,78 @@ class Chain(Part):
 
     def _steps(self, at: Mounted) -> tuple[list[list[_Step]], sp.Matrix, sp.Matrix]:
         """Eliminate from tip to hub; return the eliminated accelerations, and A and b at O."""
-        link_motions, w, motors = self._link_motions(at), at.frame.rate, iter(reversed(self.inputs()))
-        matrix, bias, steps = sp.zeros(6, 6), sp.zeros(6, 1), []
-        for k, (link_motion, v, (name, link)) in reversed(
-            list(enumerate(zip(link_motions, at.values.links, self._named(), strict=True), 1))
-        ):
-            rate = at.vector(f"W{k}_", w + link_motion.rate, f"absolute rate of body {k}", "rad/s")
-            own, free = _rigid(at, k, v.mass, link_motion, rate)
+        w, matrix, bias, steps = at.frame.rate, sp.zeros(6, 6), sp.zeros(6, 1), []
+        for body in reversed(self._bodies(at)):
+            k = body.k
+            rate = at.vector(f"W{k}_", w + body.rate, f"absolute rate of body {k}", "rad/s")
+            own, free = _rigid(at, body, rate)
             matrix, bias = _matrix(at, f"A{k}_", matrix + own, k), _six(at, f"b{k}_", bias + free, k)
-            forces = _forces(name, link, v, next(motors).symbol if link.motor else sp.S.Zero)
-            before = at.vector(f"W{k - 1}_", w + link_motion.before_rate, f"absolute rate of body {k - 1}", "rad/s")
-            bias = _six(at, f"z{k}_", bias + matrix * _bias(link_motion, link, before), k)
+            before = _rate_before(at, body)
+            bias = _six(at, f"z{k}_", bias + matrix * body.bias(before), k)
             solved = []
-            for i, (column, force) in enumerate(zip(link_motion.columns, forces, strict=True)):
+            for i, (column, force) in enumerate(zip(body.columns, body.forces, strict=True)):
                 step, matrix, bias = _eliminated(at, f"{k}{'abc'[i]}", column, force, matrix, bias)
                 solved.append(step)
             steps.append(solved)
-            matrix, bias = _shifted(at, k, matrix, bias, link_motion.arm, before)
+            matrix, bias = _shifted(at, k, matrix, bias, body.arm, before)
         return steps[::-1], matrix, bias
 
     def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
-        steps, w = self._steps(at)[0], at.frame.rate
-        linear, angular, result = motion.origin, motion.angular, []
-        for k, (link_motion, solved, (name, link)) in enumerate(
-            zip(self._link_motions(at), steps, self._named(), strict=True), 1
-        ):
-            before = at.vector(f"W{k - 1}_", w + link_motion.before_rate, f"absolute rate of body {k - 1}", "rad/s")
-            linear = linear + angular.cross(link_motion.arm) + before.cross(before.cross(link_motion.arm))
+        linear, angular, result = motion.origin, motion.angular, list[Expr]()
+        for solved, body in zip(self._steps(at)[0], self._bodies(at), strict=True):
+            k, before = body.k, _rate_before(at, body)
+            linear = linear + angular.cross(body.arm) + before.cross(before.cross(body.arm))
             x = _six(at, f"x{k}_", sp.Matrix([*linear, *angular]), k)
             own: list[Expr] = []
             for i, step in reversed(list(enumerate(solved))):
                 value = at.define(f"a{k}{'abc'[i]}", step.free - step.share.dot(x), f"acceleration of joint {k}")
                 x += step.column * value
                 own.insert(0, value)
-            x = _six(at, f"y{k}_", x + _bias(link_motion, link, before), k)
+            x = _six(at, f"y{k}_", x + body.bias(before), k)
             linear, angular = x[:3, :], x[3:, :]
-            result += [*_place_rates(name, link), *own]
+            result += [*_place_rates(body), *own]
         return tuple(result)
+
+
+def _rate_before(at: Mounted, body: _Body) -> sp.Matrix:
+    k, rate = body.k - 1, at.frame.rate + body.before_rate
+    return at.vector(f"W{k}_", rate, f"absolute rate of body {k}", "rad/s")
 
 
 def places_of(name: str, link: Link) -> tuple[Quantity, ...]:
     """Return the coordinates of a joint: angle, position or quaternion."""
     if link.joint == "ball":
         return quaternion(f"{name}_q", f"quaternion of {name}")
-    if link.joint == "hinge":
-        return (Quantity(f"{name}_angle", "rad", f"angle of {name}"),)
-    return (Quantity(f"{name}_place", "m", f"place of {name} along its axis"),)
+    return (freedom(link.joint, name)[0],)
 
 
 def speeds_of(name: str, link: Link) -> tuple[Quantity, ...]:
     """Return the speeds of a joint."""
     if link.joint == "ball":
         return triple(name, "rad/s", f"rate of {name}")
-    if link.joint == "hinge":
-        return (Quantity(f"{name}_rate", "rad/s", f"rate of {name}"),)
-    return (Quantity(f"{name}_speed", "m/s", f"speed of {name}"),)
+    return (freedom(link.joint, name)[1],)
 
 
-def _place_rates(name: str, link: Link) -> list[Expr]:
-    speeds = [q.symbol for q in speeds_of(name, link)]
-    if link.joint != "ball":
-        return list(speeds)
-    q = [place.symbol for place in places_of(name, link)]
-    return list(quaternion_product((sp.S.Zero, *speeds), q) / 2)
+def _motor(name: str, link: Link) -> Quantity:
+    return Quantity(f"{name}_motor", freedom(link.joint, name)[2].unit, f"motor of {name}")
 
 
-def _link_motion(
+def _place_rates(body: _Body) -> list[Expr]:
+    if body.link.joint != "ball":
+        return list(body.speeds)
+    q = [place.symbol for place in places_of(body.name, body.link)]
+    return list(quaternion_product((sp.S.Zero, *body.speeds), q) / 2)
+
+
+def _body(
     at: Mounted, k: int, name: str, link: Link, v: SimpleNamespace, before: sp.Matrix, before_rate: sp.Matrix
-) -> LinkMotion:
+) -> _Body:
     """Define position and motion of link k from those of the previous body."""
     places, speeds = ([q.symbol for q in of(name, link)] for of in (places_of, speeds_of))
-    arm, rotation, rate, slip = before * v.at, before, before_rate, ZERO
+    arm, rotation, rate = before * v.at, before, before_rate
     if link.joint == "ball":
         columns = [before[:, i] for i in range(3)]
-        own = _named_matrix(at, f"Q{k}_", quaternion_rotation(places).T, f"rotation of joint {k}")
-        rotation = before * own
+        rotation = before * at.matrix(f"Q{k}_", quaternion_rotation(places).T, f"rotation of joint {k}", "1")
     else:
         axis = at.vector(f"axis{k}_", v.axis, f"axis of joint {k} at zero, of length one", "1")
         columns = [at.vector(f"e{k}_", before * axis, f"axis of joint {k}", "1")]
@@ -337,57 +323,26 @@ def _link_motion(
         rotation = before * (along + cosine * (sp.eye(3) - along) + sine * cross_matrix(axis))
     if link.joint == "slider":
         arm = arm + places[0] * columns[0]
+        columns = [sp.Matrix([*column, *ZERO]) for column in columns]
     else:
         rate = at.vector(f"w{k}_", before_rate + slip, f"rate of body {k} relative to the hub", "rad/s")
-    rotation = _named_matrix(at, f"R{k}_", rotation, f"rotation of body {k}")
-    inertia = at.frame.tensor(
-        f"{at.name}_J{k}_", rotation * v.inertia * rotation.T, f"{at.name}: inertia of body {k}", "kg m^2"
-    )
+        columns = [sp.Matrix([*ZERO, *column]) for column in columns]
+    rotation = at.matrix(f"R{k}_", rotation, f"rotation of body {k}", "1")
+    inertia = at.tensor(f"J{k}_", rotation * v.inertia * rotation.T, f"inertia of body {k}", "kg m^2")
     centre = at.vector(f"c{k}_", rotation * v.centre, f"centre of mass of body {k} from its joint", "m")
     arm = at.vector(f"d{k}_", arm, f"joint {k} from the one before", "m")
-    zero = [sp.zeros(3, 1)] * len(columns)
-    spatial = [
-        sp.Matrix([*column, *none]) if link.joint == "slider" else sp.Matrix([*none, *column])
-        for column, none in zip(columns, zero, strict=True)
-    ]
-    return LinkMotion(before, rotation, arm, before_rate, rate, spatial, slip, centre, inertia)
+    return _Body(k, name, link, v, rotation, arm, before_rate, rate, columns, slip, centre, inertia)
 
 
-def _named_matrix(at: Mounted, name: str, matrix: sp.Matrix, title: str) -> sp.Matrix:
-    return sp.Matrix(
-        3, 3, lambda i, j: at.define(f"{name}{AXES[i]}{AXES[j]}", matrix[i, j], f"{title}, {AXES[i]}{AXES[j]}", "1")
-    )
-
-
-def _rigid(at: Mounted, k: int, mass: Expr, link_motion: LinkMotion, rate: sp.Matrix) -> tuple[sp.Matrix, sp.Matrix]:
+def _rigid(at: Mounted, body: _Body, rate: sp.Matrix) -> tuple[sp.Matrix, sp.Matrix]:
     """Return A and b of a free body about its joint."""
-    first = at.vector(f"s{k}_", mass * link_motion.centre, f"first moment of body {k} about its joint", "kg m")
-    inertia = at.frame.tensor(
-        f"{at.name}_I{k}_",
-        link_motion.inertia + point_inertia(mass, link_motion.centre),
-        f"{at.name}: inertia about joint {k}",
-        "kg m^2",
-    )
+    k, mass = body.k, body.values.mass
+    first = at.vector(f"s{k}_", mass * body.centre, f"first moment of body {k} about its joint", "kg m")
+    inertia = body.inertia + point_inertia(mass, body.centre)
+    inertia = at.tensor(f"I{k}_", inertia, f"inertia about joint {k}", "kg m^2")
     arm = cross_matrix(first)
     matrix = sp.Matrix(sp.BlockMatrix([[mass * sp.eye(3), -arm], [arm, inertia]]))
     return matrix, sp.Matrix([*rate.cross(rate.cross(first)), *rate.cross(inertia * rate)])
-
-
-def _bias(link_motion: LinkMotion, link: Link, before: sp.Matrix) -> sp.Matrix:
-    """Return z, the joint's contribution to x that does not depend on its acceleration."""
-    turned = before.cross(link_motion.slip)
-    return sp.Matrix([*(2 * turned), *ZERO]) if link.joint == "slider" else sp.Matrix([*ZERO, *turned])
-
-
-def _forces(name: str, link: Link, v: SimpleNamespace, motor: Expr) -> list[Expr]:
-    """Return the force along each speed of a joint."""
-    result = []
-    for speed in (q.symbol for q in speeds_of(name, link)):
-        force = motor - v.damping * speed if v.damping is not None else motor
-        if v.stiffness is not None:
-            force -= v.stiffness * places_of(name, link)[0].symbol
-        result.append(force)
-    return result
 
 
 def _eliminated(

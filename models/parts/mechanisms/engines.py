@@ -5,7 +5,6 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import Annotated
 
 import sympy as sp
@@ -13,13 +12,11 @@ import sympy as sp
 from ...derivation import Expr
 from ...geometry import Shape
 from ...quantities import Quantity
-from ...system import Condition
 from ..hub import jet
 from ..motion import Motion
-from ..part import Mounted, Part, start
+from ..part import Mounted, Part, clipped, start
 from ..terms import Load, State
 from ..values import Number, Parameters, Vector, direction, place, scalar
-from .rotors import check_across, not_along
 
 
 @dataclass(frozen=True)
@@ -46,21 +43,13 @@ class Engine(Part):
         Largest force, N, gimbal angle and rate of it.
     """
 
-    direction: Annotated[Vector, direction("t", "direction of the force")]
+    direction: Annotated[Vector, direction("t", "direction of the force", across="axis")]
     axis: Annotated[Vector, direction("a", "axis of the first gimbal")]
     lag: Annotated[Number, scalar("lag", "s", "time constant of the gimbals")]
     at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
-    limit: Annotated[Number | None, scalar("Fmax", "N", "largest force")] = None
-    angle_limit: Annotated[Number | None, scalar("amax", "rad", "largest gimbal angle")] = None
-    rate_limit: Annotated[Number | None, scalar("wmax", "rad/s", "largest rate of a gimbal")] = None
-
-    def values(self, parameters: Parameters) -> SimpleNamespace:
-        result = super().values(parameters)
-        check_across(self, "direction", "axis")
-        return result
-
-    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
-        return (*super().constraints(at), *not_along(self, at, "direction", "axis"))
+    limit: Annotated[Number | None, scalar("Fmax", "N", "largest force", absent=sp.oo)] = None
+    angle_limit: Annotated[Number | None, scalar("amax", "rad", "largest gimbal angle", absent=sp.oo)] = None
+    rate_limit: Annotated[Number | None, scalar("wmax", "rad/s", "largest rate of a gimbal", absent=sp.oo)] = None
 
     def inputs(self) -> tuple[Quantity, ...]:
         force = Quantity(f"{self.name}_force", "N", f"force of {self.name}")
@@ -78,9 +67,8 @@ class Engine(Part):
     def _along(self, at: Mounted) -> sp.Matrix:
         """Return the direction of the force."""
         v, (first, second) = at.values, (at.frame.circle(q.symbol) for q in self._angles())
-        across = v.axis.cross(v.direction)
-        side = at.vector("side", across / sp.sqrt(across.dot(across)), "direction of the force at 90 degrees", "1")
-        turned = first[0] * side.cross(v.axis) + first[1] * side
+        front, side = at.across(v.axis, v.direction, "direction of the force")
+        turned = first[0] * front + first[1] * side
         return second[0] * turned + second[1] * v.axis
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
@@ -92,14 +80,9 @@ class Engine(Part):
     def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
         targets, angles = self.inputs()[1:], self._angles()
         errors = ((t.symbol - a.symbol) / at.values.lag for t, a in zip(targets, angles, strict=True))
-        return tuple(_clipped(error, at.values.rate_limit) for error in errors)
+        return tuple(clipped(error, at.values.rate_limit) for error in errors)
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
         force, *targets = commanded
-        pushed = sp.Max(force, 0)
-        within = (_clipped(target, at.values.angle_limit) for target in targets)
-        return (pushed if at.values.limit is None else sp.Min(pushed, at.values.limit), *within)
-
-
-def _clipped(value: Expr, limit: Expr | None) -> Expr:
-    return value if limit is None else sp.Max(-limit, sp.Min(limit, value))
+        within = (clipped(target, at.values.angle_limit) for target in targets)
+        return (sp.Min(sp.Max(force, 0), at.values.limit), *within)

@@ -5,7 +5,7 @@ from __future__ import annotations
 
 from abc import abstractmethod
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field
 from types import SimpleNamespace
 from typing import Annotated
 
@@ -20,6 +20,21 @@ from ..terms import Aggregates, Coordinate
 from ..values import Number, Parameters, Tensor, Vector, direction, place, scalar, tensor
 
 MOTIONS = ("free", "prescribed", "locked")
+
+
+def freedom(joint: str, name: str) -> tuple[Quantity, Quantity, Quantity]:
+    """Return place, speed and motor force of a "hinge" or a "slider"."""
+    if joint == "hinge":
+        return (
+            Quantity(f"{name}_angle", "rad", f"angle of {name}"),
+            Quantity(f"{name}_rate", "rad/s", f"rate of {name}"),
+            Quantity(f"{name}_torque", "N m", f"torque of {name}"),
+        )
+    return (
+        Quantity(f"{name}_place", "m", f"place of {name} along its axis"),
+        Quantity(f"{name}_speed", "m/s", f"speed of {name}"),
+        Quantity(f"{name}_force", "N", f"force on {name}"),
+    )
 
 
 @dataclass(frozen=True)
@@ -53,54 +68,41 @@ class Joint(Part):
     def values(self, parameters: Parameters) -> SimpleNamespace:
         result = super().values(parameters)
         if self.motion == "locked":
-            place = self._coordinate().place
-            assert place is not None
+            place, *_ = self._freedom()
             kind = scalar("locked", place.unit, f"{place.description}, locked", "(-inf, inf)")
-            result.locked = parameters.number(kind, f"{self.name}_locked", self.locked, kind.meaning)
+            result.locked = parameters.number(kind, self.name, self.locked)
         return result
 
     @abstractmethod
-    def _coordinate(self) -> Coordinate:
-        """Return the coordinate of the joint."""
-
-    @abstractmethod
-    def _command(self) -> Quantity:
-        """Return the force or torque of the motor."""
+    def _freedom(self) -> tuple[Quantity, Quantity, Quantity]:
+        """Return place, speed and motor force of the joint."""
 
     def inputs(self) -> tuple[Quantity, ...]:
+        _, speed, force = self._freedom()
         if self.motion == "prescribed":
-            speed = self._coordinate().speed
             return (Quantity(f"{self.name}_acceleration", f"{speed.unit}^2", f"acceleration of {self.name}"),)
-        return (self._command(),) if self.motor else ()
+        return (force,) if self.motor else ()
 
     def coordinates(self) -> tuple[Coordinate, ...]:
-        return () if self.motion == "locked" else (self._coordinate(),)
+        place, speed, _ = self._freedom()
+        return () if self.motion == "locked" else (Coordinate(speed, place),)
 
     def _motion(self, at: Mounted) -> tuple[Expr, Expr]:
         """Return position and speed of the joint."""
-        coordinate = self._coordinate()
-        assert coordinate.place is not None
-        if self.motion == "locked":
-            return at.values.locked, sp.S.Zero
-        return coordinate.place.symbol, coordinate.speed.symbol
+        place, speed, _ = self._freedom()
+        return (at.values.locked, sp.S.Zero) if self.motion == "locked" else (place.symbol, speed.symbol)
 
     def _driven(self, at: Mounted, rigid: Aggregates, inertia: Expr) -> Aggregates:
         """Add the joint's energy, spring, damper and motor, or its prescribed acceleration, to a rigid body's terms."""
         place, speed = self._motion(at)
         if self.motion == "locked":
             return rigid
-        potential, force = self._forces(at, place, speed)
-        prescribed = (self.inputs()[0].symbol,) if self.motion == "prescribed" else ()
-        return replace(
-            rigid, energy=inertia * speed**2 / 2, potential=potential, forces=(force,), prescribed=prescribed
-        )
-
-    def _forces(self, at: Mounted, place: Expr, speed: Expr) -> tuple[Expr, Expr]:
-        """Return the potential of the spring, and the force of damper and motor."""
-        v = at.values
-        potential = v.stiffness * place**2 / 2 if v.stiffness is not None else sp.S.Zero
-        force: Expr = -v.damping * speed if v.damping is not None else sp.S.Zero
-        return potential, force + (self.inputs()[0].symbol if self.motor else sp.S.Zero)
+        v, commands = at.values, tuple(q.symbol for q in self.inputs())
+        return rigid + Aggregates(
+            energy=inertia * speed**2 / 2, potential=v.stiffness * place**2 / 2,
+            forces=(sp.Add(-v.damping * speed, *(commands if self.motor else ())),),
+            prescribed=() if self.motor else commands,
+        )  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -131,15 +133,11 @@ class Hinge(Joint):
         N m/rad, N m s/rad.
     """
 
-    stiffness: Annotated[Number | None, scalar("k", "N m/rad", "stiffness", "[0, inf)")] = None
-    damping: Annotated[Number | None, scalar("d", "N m s/rad", "damping", "[0, inf)")] = None
+    stiffness: Annotated[Number | None, scalar("k", "N m/rad", "stiffness", "[0, inf)", absent=0)] = None
+    damping: Annotated[Number | None, scalar("d", "N m s/rad", "damping", "[0, inf)", absent=0)] = None
 
-    def _command(self) -> Quantity:
-        return Quantity(f"{self.name}_torque", "N m", f"torque of {self.name}")
-
-    def _coordinate(self) -> Coordinate:
-        angle = Quantity(f"{self.name}_angle", "rad", f"angle of {self.name}")
-        return Coordinate(Quantity(f"{self.name}_rate", "rad/s", f"rate of {self.name}"), angle)
+    def _freedom(self) -> tuple[Quantity, Quantity, Quantity]:
+        return freedom("hinge", self.name)
 
     def aggregates(self, at: Mounted) -> Aggregates:
         v, (angle, rate) = at.values, self._motion(at)
@@ -170,15 +168,11 @@ class Slider(Joint):
         N/m, N s/m.
     """
 
-    stiffness: Annotated[Number | None, scalar("k", "N/m", "stiffness", "[0, inf)")] = None
-    damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)")] = None
+    stiffness: Annotated[Number | None, scalar("k", "N/m", "stiffness", "[0, inf)", absent=0)] = None
+    damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)", absent=0)] = None
 
-    def _command(self) -> Quantity:
-        return Quantity(f"{self.name}_force", "N", f"force on {self.name}")
-
-    def _coordinate(self) -> Coordinate:
-        place = Quantity(f"{self.name}_place", "m", f"place of {self.name} along its axis")
-        return Coordinate(Quantity(f"{self.name}_speed", "m/s", f"speed of {self.name}"), place)
+    def _freedom(self) -> tuple[Quantity, Quantity, Quantity]:
+        return freedom("slider", self.name)
 
     def aggregates(self, at: Mounted) -> Aggregates:
         v, (shift, rate) = at.values, self._motion(at)
@@ -232,10 +226,7 @@ class Turning:
 
 def polynomial(at: Mounted, cosine: Expr, sine: Expr, coefficients: Sequence[sp.Matrix]) -> sp.Matrix:
     """Return an inertia with the factors 1, c, s, c^2 and c s of its coefficients, which depend on parameters only."""
-    named = (
-        at.frame.tensor(f"{at.name}_K{k}", matrix, f"{at.name}: inertia, coefficient {k}", "kg m^2")
-        for k, matrix in enumerate(coefficients)
-    )
+    named = (at.tensor(f"K{k}", matrix, f"inertia, coefficient {k}", "kg m^2") for k, matrix in enumerate(coefficients))
     factors = (1, cosine, sine, cosine * cosine, cosine * sine)
     return sum((factor * matrix for factor, matrix in zip(factors, named, strict=True)), sp.zeros(3, 3))
 

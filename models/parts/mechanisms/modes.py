@@ -3,20 +3,19 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import Annotated
 
 import sympy as sp
 
 from ...derivation import Expr
-from ...quantities import ModelError, Quantity
+from ...quantities import Quantity
 from ...system import Condition
 from ..hub import Hub, PointMass
 from ..part import Mounted, Part
 from ..terms import Aggregates, Coordinate, Moments
-from ..values import Complete, Number, Parameters, Vector, conditions, kinds, scalar, vector
+from ..values import Complete, Number, Rows, Vector, scalar, vector
 
 
 @dataclass(frozen=True)
@@ -55,23 +54,10 @@ class Modes(Part):
         Its modes.
     """
 
-    modes: Sequence[Mode] = ()
-
-    def __post_init__(self) -> None:
-        if not self.modes:
-            raise ModelError(f"{self.name}.modes: must have at least one mode")
-
-    @classmethod
-    def lists(cls) -> Mapping[str, type]:
-        return {"modes": Mode}
-
-    def values(self, parameters: Parameters) -> SimpleNamespace:
-        return SimpleNamespace(modes=[parameters.of(mode, f"{self.name}_{k}") for k, mode in enumerate(self.modes, 1)])
+    modes: Annotated[Sequence[Mode], Rows(Mode)] = ()
 
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
-        modes = enumerate(zip(self.modes, at.values.modes, strict=True), 1)
-        each = (c for k, (mode, v) in modes for c in conditions(f"{self.name}_{k}", v, kinds(mode)))
-        return (*each, *self._of_the_hub(at))
+        return (*super().constraints(at), *self._of_the_hub(at))
 
     def _of_the_hub(self, at: Mounted) -> Iterator[Condition]:
         """Yield the conditions that the hub without all modal masses has a positive mass and inertia."""
@@ -100,21 +86,16 @@ class Modes(Part):
         )
 
     def aggregates(self, at: Mounted) -> Aggregates:
-        first, momentum, angular = (sp.zeros(3, 1) for _ in range(3))
-        energy = potential = sp.S.Zero
-        forces = []
+        result = Aggregates()
         for mode, coordinate in zip(at.values.modes, self.coordinates(), strict=True):
             assert coordinate.place is not None
             place, speed = coordinate.place.symbol, coordinate.speed.symbol
-            first += mode.linear * place
-            momentum += mode.linear * speed
-            angular += mode.angular * speed
-            energy += speed**2 / 2
-            potential += mode.frequency**2 * place**2 / 2
-            forces.append(-2 * mode.damping * mode.frequency * speed)
-        return Aggregates(
-            first=first, momentum=momentum, angular=angular, energy=energy, potential=potential, forces=tuple(forces)
-        )
+            result += Aggregates(
+                first=mode.linear * place, momentum=mode.linear * speed, angular=mode.angular * speed,
+                energy=speed**2 / 2, potential=mode.frequency**2 * place**2 / 2,
+                forces=(-2 * mode.damping * mode.frequency * speed,),
+            )  # fmt: skip
+        return result
 
 
 def _minors(m: sp.Matrix) -> tuple[Expr, ...]:

@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 from dataclasses import dataclass
-from types import SimpleNamespace
 from typing import Annotated
 
 import sympy as sp
@@ -15,8 +14,8 @@ from ...system import Condition
 from ..charts import NEAR
 from ..part import Mounted, Part
 from ..terms import Aggregates, Coordinate, Particle
-from ..values import Number, Parameters, Vector, direction, place, scalar
-from .rotors import check_across, not_along
+from ..values import Number, Vector, direction, place, scalar
+from .joints import freedom
 
 
 @dataclass(frozen=True)
@@ -50,23 +49,17 @@ class Pendulum(Part):
     mass: Annotated[Number, scalar("m", "kg", "mass")]
     length: Annotated[Number, scalar("l", "m", "length of the rod")]
     axis: Annotated[Vector, direction("a", "axis of the hinge")]
-    rest: Annotated[Vector, direction("e", "direction of the rod at zero")]
+    rest: Annotated[Vector, direction("e", "direction of the rod at zero", across="axis")]
     at: Annotated[Vector, place("r", "pivot")] = (0, 0, 0)
     angles: int = 1
-    damping: Annotated[Number | None, scalar("c", "N m s", "damping", "[0, inf)")] = None
-    inertia: Annotated[Number | None, scalar("I", "kg m^2", "moment of inertia across the rod", "[0, inf)")] = None
+    damping: Annotated[Number | None, scalar("c", "N m s", "damping", "[0, inf)", absent=0)] = None
+    inertia: Annotated[
+        Number | None, scalar("I", "kg m^2", "moment of inertia across the rod", "[0, inf)", absent=0)
+    ] = None
 
     def __post_init__(self) -> None:
         if isinstance(self.angles, bool) or self.angles not in (1, 2):
             raise ModelError(f"{self.name}.angles = {self.angles!r}: must be 1 or 2; a Bob has a ball joint")
-
-    def values(self, parameters: Parameters) -> SimpleNamespace:
-        result = super().values(parameters)
-        check_across(self, "rest", "axis")
-        return result
-
-    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
-        return (*super().constraints(at), *not_along(self, at, "rest", "axis"))
 
     def coordinates(self) -> tuple[Coordinate, ...]:
         return tuple(
@@ -84,11 +77,7 @@ class Pendulum(Part):
     def aggregates(self, at: Mounted) -> Aggregates:
         v = at.values
         rates = [c.speed.symbol for c in self.coordinates()]
-        drags = (
-            [-v.damping * size * rate for size, rate in zip(self._sizes(at), rates, strict=True)] if v.damping else []
-        )
-        if v.inertia is None:
-            return Aggregates(forces=tuple(drags))
+        drags = [-v.damping * size * rate for size, rate in zip(self._sizes(at), rates, strict=True)]
         rod, slopes = self._rod(at)
         slip = sum((s * rate for s, rate in zip(slopes, rates, strict=True)), sp.zeros(3, 1))
         return Aggregates(
@@ -115,11 +104,9 @@ class Pendulum(Part):
     def _rod(self, at: Mounted) -> tuple[sp.Matrix, list[sp.Matrix]]:
         """Return the rod's direction and its derivatives with respect to the angles."""
         axis = at.values.axis
-        normal = axis.cross(at.values.rest)
-        side = at.vector("side", normal / sp.sqrt(normal.dot(normal)), "direction of the rod at 90 degrees", "1")
-        down = at.vector("down", side.cross(axis), "direction of the rod at zero", "1")
+        front, side = at.across(axis, at.values.rest, "direction of the rod")
         (c, s), *second = self._circles(at)
-        rod, slope = c * down + s * side, c * side - s * down
+        rod, slope = c * front + s * side, c * side - s * front
         if not second:
             return rod, [slope]
         ((c2, s2),) = second
@@ -155,16 +142,15 @@ class SprungMass(Part):
     axis: Annotated[Vector, direction("a", "axis")]
     stiffness: Annotated[Number, scalar("k", "N/m", "stiffness", "[0, inf)")]
     at: Annotated[Vector, place("r", "place at rest")] = (0, 0, 0)
-    damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)")] = None
+    damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)", absent=0)] = None
 
     def coordinates(self) -> tuple[Coordinate, ...]:
-        place = Quantity(f"{self.name}_place", "m", f"place of {self.name} along its axis")
-        return (Coordinate(Quantity(f"{self.name}_speed", "m/s", f"speed of {self.name}"), place),)
+        place, speed, _ = freedom("slider", self.name)
+        return (Coordinate(speed, place),)
 
     def _coordinate(self) -> tuple[Expr, Expr]:
-        (c,) = self.coordinates()
-        assert c.place is not None
-        return c.place.symbol, c.speed.symbol
+        place, speed, _ = freedom("slider", self.name)
+        return place.symbol, speed.symbol
 
     def particle(self, at: Mounted) -> Particle:
         v, (shift, speed) = at.values, self._coordinate()
@@ -172,5 +158,4 @@ class SprungMass(Part):
 
     def aggregates(self, at: Mounted) -> Aggregates:
         v, (shift, speed) = at.values, self._coordinate()
-        drag = -v.damping * speed if v.damping is not None else sp.S.Zero
-        return Aggregates(potential=v.stiffness * shift**2 / 2, forces=(drag,))
+        return Aggregates(potential=v.stiffness * shift**2 / 2, forces=(-v.damping * speed,))

@@ -5,8 +5,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
-from types import SimpleNamespace
-from typing import Annotated, Any
+from typing import Annotated
 
 import sympy as sp
 
@@ -21,16 +20,12 @@ from ..terms import Aggregates, Coordinate
 from ..values import (
     NO_BODY,
     Number,
-    Parameters,
-    Value,
     Vector,
+    constant,
     direction,
     of_a_body,
-    parameters_text,
     place,
-    plain,
     scalar,
-    unit,
 )
 from .joints import polynomial, shifted
 from .wheels import Wheel
@@ -69,7 +64,7 @@ class UnbalancedWheel(Wheel):
     mass: Annotated[Number, scalar("m", "kg", "mass")]
     across: Annotated[Number, scalar("Jt", "kg m^2", "moment of inertia across the axis")]
     static: Annotated[Number, scalar("Us", "kg m", "static imbalance", "[0, inf)")]
-    dynamic: Annotated[Number | None, scalar("Ud", "kg m^2", "dynamic imbalance", "(-inf, inf)")] = None
+    dynamic: Annotated[Number | None, scalar("Ud", "kg m^2", "dynamic imbalance", "(-inf, inf)", absent=0)] = None
     at: Annotated[Vector, place("r", "centre")] = (0, 0, 0)
     towards: str = ""
 
@@ -79,8 +74,7 @@ class UnbalancedWheel(Wheel):
 
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
         v = at.values
-        product = sp.S.Zero if v.dynamic is None else v.dynamic
-        body = sp.Matrix([[v.inertia, product, 0], [product, v.across, 0], [0, 0, v.across]])
+        body = sp.Matrix([[v.inertia, v.dynamic, 0], [v.dynamic, v.across, 0], [0, 0, v.across]])
         return (*super().constraints(at), *of_no_body(self, v, ("inertia", "across", "dynamic"), of_a_body(body)))
 
     def coordinates(self) -> tuple[Coordinate, ...]:
@@ -95,9 +89,7 @@ class UnbalancedWheel(Wheel):
         out = at.vector("out", across, "direction of the static imbalance at zero", "1")
         ahead = at.vector("ahead", side, "direction of the static imbalance at 90 degrees", "1")
         moved, turned = v.static * (c * out + s * ahead), v.static * (c * ahead - s * out)
-        spin = (v.inertia + v.static**2 / v.mass) * axis
-        if v.dynamic is not None:
-            spin += v.dynamic * (c * ahead - s * out)
+        spin = (v.inertia + v.static**2 / v.mass) * axis + v.dynamic * (c * ahead - s * out)
         base = super().aggregates(at)
         return Aggregates(
             v.mass, v.mass * v.at + moved, self._inertia(at, out, ahead, c, s), self.speed * turned,
@@ -109,10 +101,8 @@ class UnbalancedWheel(Wheel):
         """Return the inertia about O as a polynomial in cosine and sine of the angle, without sin^2 = 1 - cos^2."""
         v, axis, square = at.values, at.values.axis, at.values.static**2 / at.values.mass
         fixed = v.across * sp.eye(3) + (v.inertia - v.across) * axis * axis.T + point_inertia(v.mass, v.at)
-        even, odd = shifted(v.at, v.static * out), shifted(v.at, v.static * ahead)
-        if v.dynamic is not None:
-            even += v.dynamic * (axis * ahead.T + ahead * axis.T)
-            odd -= v.dynamic * (axis * out.T + out * axis.T)
+        even = shifted(v.at, v.static * out) + v.dynamic * (axis * ahead.T + ahead * axis.T)
+        odd = shifted(v.at, v.static * ahead) - v.dynamic * (axis * out.T + out * axis.T)
         return polynomial(at, c, s, (
             fixed + square * (sp.eye(3) - ahead * ahead.T), even, odd,
             square * (ahead * ahead.T - out * out.T), -square * (out * ahead.T + ahead * out.T),
@@ -122,16 +112,8 @@ class UnbalancedWheel(Wheel):
         """Return the hub axis along which the static imbalance points at angle zero."""
         if self.towards:
             return AXES.index(self.towards)
-        sizes = [1.0 if number is None else abs(number) for number in map(_number, self.axis)]
+        sizes = [1.0 if number is None else abs(number) for number in map(constant, self.axis)]
         return min(range(3), key=sizes.__getitem__)
-
-
-def _number(entry: Any) -> float | None:
-    """Return an entry of a direction as a float; None for an expression, and for what is refused later."""
-    try:
-        return float(entry.default if isinstance(entry, Value) else entry)
-    except (TypeError, ValueError):
-        return None
 
 
 def _across(axis: sp.Matrix, towards: int) -> tuple[sp.Matrix, sp.Matrix]:
@@ -173,15 +155,21 @@ class ControlMomentGyro(Part):
     """
 
     gimbal: Annotated[Vector, direction("g", "axis of the gimbal")]
-    spin: Annotated[Vector, direction("s", "axis of the rotor at zero")]
+    spin: Annotated[Vector, direction("s", "axis of the rotor at zero", across="gimbal")]
     inertia: Annotated[Number, scalar("Js", "kg m^2", "moment of inertia of the rotor about its axis")]
     gimbal_inertia: Annotated[Number, scalar("Jg", "kg m^2", "moment of inertia about the axis of the gimbal")]
-    across: Annotated[Number | None, scalar("Jt", "kg m^2", "moment of inertia across both axes")] = None
-    frame: Annotated[Number | None, scalar("Jf", "kg m^2", "moment of inertia of the gimbal about the rotor")] = None
+    across: Annotated[Number | None, scalar("Jt", "kg m^2", "moment of inertia across both axes", absent=0)] = None
+    frame: Annotated[
+        Number | None, scalar("Jf", "kg m^2", "moment of inertia of the gimbal about the rotor", absent=0)
+    ] = None
     speed: Annotated[Number | None, scalar("W", "rad/s", "speed of the rotor", "(-inf, inf)")] = None
     lag: Annotated[Number | None, scalar("T", "s", "lag of the gimbal's rate")] = None
-    friction: Annotated[Number | None, scalar("c", "N m s", "viscous friction of the rotor", "[0, inf)")] = None
-    gimbal_friction: Annotated[Number | None, scalar("cg", "N m s", "friction of the gimbal", "[0, inf)")] = None
+    friction: Annotated[Number | None, scalar("c", "N m s", "viscous friction of the rotor", "[0, inf)", absent=0)] = (
+        None
+    )
+    gimbal_friction: Annotated[Number | None, scalar("cg", "N m s", "friction of the gimbal", "[0, inf)", absent=0)] = (
+        None
+    )
 
     def __post_init__(self) -> None:
         if self.speed is not None and self.friction is not None:
@@ -192,20 +180,15 @@ class ControlMomentGyro(Part):
                 "friction; leave out gimbal_friction or lag"
             )
 
-    def values(self, parameters: Parameters) -> SimpleNamespace:
-        result = super().values(parameters)
-        check_across(self, "spin", "gimbal")
-        return result
-
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
         """Return those on the rotor, of which half its moment at least is in the others, and on rotor and gimbal."""
         v, names = at.values, ("inertia", "gimbal_inertia", "across", "frame")
-        beside = [moment for moment in (v.gimbal_inertia, v.across) if moment is not None]
+        beside = [moment for moment in (v.gimbal_inertia, v.across) if moment != 0]
         margins = [margin for moment in beside for margin in of_a_body(sp.diag(v.inertia, moment, moment))]
-        if v.frame is not None and v.across is not None:
+        if v.frame != 0 and v.across != 0:
             margins += of_a_body(sp.diag(v.inertia + v.frame, v.gimbal_inertia, v.across))
         of_bodies = of_no_body(self, v, names, margins)
-        return (*super().constraints(at), *of_bodies, *not_along(self, at, "spin", "gimbal"))
+        return (*super().constraints(at), *of_bodies)
 
     @property
     def gimbal_angle(self) -> sp.Symbol:
@@ -238,21 +221,17 @@ class ControlMomentGyro(Part):
     def aggregates(self, at: Mounted) -> Aggregates:
         v, rate, speed = at.values, self.coordinates()[0].speed.symbol, self._speed(at)
         spin, across = self._axes(at)
-        inertia = v.gimbal_inertia * v.gimbal * v.gimbal.T
-        inertia += (v.inertia + (0 if v.frame is None else v.frame)) * spin * spin.T
-        if v.across is not None:
-            inertia += v.across * across * across.T
+        inertia = v.gimbal_inertia * v.gimbal * v.gimbal.T + v.across * across * across.T
+        inertia += (v.inertia + v.frame) * spin * spin.T
         command, *torques = (q.symbol for q in self.inputs())
+        drive = command - v.gimbal_friction * rate
         prescribed: tuple[Expr | None, ...] = ()
         if v.lag is not None:
-            prescribed, command = ((command - rate) / v.lag, *(None for _ in torques)), sp.S.Zero
-        elif v.gimbal_friction is not None:
-            command -= v.gimbal_friction * rate
+            prescribed, drive = ((command - rate) / v.lag, *(None for _ in torques)), sp.S.Zero
         energy = v.gimbal_inertia * rate**2 / 2 + v.inertia * speed**2 / 2
-        drag = [t - v.friction * speed if v.friction is not None else t for t in torques]
         return Aggregates(
             inertia=inertia, angular=v.gimbal_inertia * rate * v.gimbal + v.inertia * speed * spin,
-            energy=energy, forces=(command, *drag), prescribed=prescribed,
+            energy=energy, forces=(drive, *(t - v.friction * speed for t in torques)), prescribed=prescribed,
         )  # fmt: skip
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
@@ -273,41 +252,15 @@ class ControlMomentGyro(Part):
 
     def _axes(self, at: Mounted) -> tuple[sp.Matrix, sp.Matrix]:
         """Return the rotor's axis, and the axis normal to it and to the gimbal's."""
-        v = at.values
         cosine, sine = at.frame.circle(self.gimbal_angle)
-        normal = v.gimbal.cross(v.spin)
-        side = at.vector("side", normal / sp.sqrt(normal.dot(normal)), "axis across both at zero", "1")
-        spin = at.vector("rotor", side.cross(v.gimbal), "axis of the rotor at zero", "1")
-        return cosine * spin + sine * side, cosine * side - sine * spin
+        front, side = at.across(at.values.gimbal, at.values.spin, "axis of the rotor")
+        return cosine * front + sine * side, cosine * side - sine * front
 
 
 def of_no_body(part: Part, values: object, names: Sequence[str], margins: Iterable[Expr]) -> Iterator[Condition]:
     """Yield the conditions that moments of inertia are those of a body, without those that always hold."""
-    given = {f"{part.name}.{name}": value for name in names if (value := getattr(values, name)) is not None}
+    given = {f"{part.name}.{name}": value for name in names if (value := getattr(values, name)) != 0}
     shown = ", ".join(f"{name} = {{{v}:g}}" if v.is_Symbol else f"{name} = {v}" for name, v in given.items())
     for margin in dict.fromkeys(map(sp.expand, margins)):
         if margin.free_symbols and not margin.is_positive:
             yield Condition(margin, f"{shown} kg m^2 {NO_BODY}")
-
-
-def check_across(part: Part, name: str, axis: str) -> None:
-    """Refuse a direction parallel to the part's axis; symbolic directions are not checked."""
-    vectors = plain(getattr(part, name)), plain(getattr(part, axis))
-    one, other = (sp.Matrix([x for x in map(_number, vector) if x is not None]) for vector in vectors)
-    if len(one) == len(other) == 3 and one.cross(other).norm() <= _FLAT * one.norm() * other.norm():
-        raise ModelError(f"{part.name}.{name} = {vectors[0]!r}: must not be along {axis} = {vectors[1]!r}")
-
-
-def not_along(part: Part, at: Mounted, name: str, axis: str) -> tuple[Condition, ...]:
-    """Return the same for other values of the parameters."""
-    one, other = (at.values.given_directions[of] for of in (name, axis))
-    normal = unit(one).cross(unit(other))
-    text = (
-        f"{part.name}.{name}, with {parameters_text(one.free_symbols | other.free_symbols)}: must not be along {axis}"
-    )
-    margin = normal.dot(normal) - sp.Float(_FLAT**2)
-    return (Condition(margin, text),) if margin.free_symbols else ()
-
-
-_FLAT = 1e-9
-"""Sine below which an angle counts as zero; above the rounding of numbers with ten digits."""

@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from types import SimpleNamespace
 from typing import Annotated
 
@@ -13,7 +13,7 @@ import sympy as sp
 from ...derivation import Expr
 from ...quantities import ModelError, Quantity
 from ...system import Condition
-from ..frame import ZERO, point_inertia
+from ..frame import ZERO
 from ..motion import Motion
 from ..part import Mounted, Part
 from ..terms import Aggregates, Contribution, Load, State
@@ -71,11 +71,11 @@ class Tank(Part):
     thrust: Annotated[Vector | None, direction("t", "direction of the thrust")] = None
     exhaust: Annotated[Number | None, scalar("ve", "m/s", "velocity of what leaves")] = None
     at: Annotated[Vector, place("r", "place")] = (0, 0, 0)
-    flow: Annotated[Number | None, scalar("wmax", "kg/s", "largest flow")] = None
-    reserve: Annotated[Number | None, scalar("m_min", "kg", "fuel that stays", "[0, inf)")] = None
-    share: Annotated[Number | None, scalar("share", "1", "part of the fuel that swings", "(0, 1)")] = None
+    flow: Annotated[Number | None, scalar("wmax", "kg/s", "largest flow", absent=sp.oo)] = None
+    reserve: Annotated[Number | None, scalar("m_min", "kg", "fuel that stays", "[0, inf)", absent=-sp.oo)] = None
+    share: Annotated[Number | None, scalar("share", "1", "part of the fuel that swings", "(0, 1)", absent=0)] = None
     length: Annotated[Number | None, scalar("l", "m", "length of the rod")] = None
-    damping: Annotated[Number | None, scalar("c", "m^2/s", "damping over mass", "[0, inf)")] = None
+    damping: Annotated[Number | None, scalar("c", "m^2/s", "damping over mass", "[0, inf)", absent=0)] = None
     rest: tuple[int, int, int] = (-1, 0, 0)
 
     def __post_init__(self) -> None:
@@ -87,7 +87,7 @@ class Tank(Part):
             raise ModelError(f"{self.name}.damping needs a bob: give share and length")
         if self.share is None and plain(self.rest) not in ((-1, 0, 0), [-1, 0, 0]):
             raise ModelError(f"{self.name}.rest needs a bob: give share and length")
-        self._bob  # its own checks  # noqa: B018
+        self._bobs  # its own checks  # noqa: B018
 
     @property
     def fuel(self) -> sp.Symbol:
@@ -99,32 +99,26 @@ class Tank(Part):
         return Quantity(f"{self.name}_fuel", "kg", f"fuel in {self.name}", positive=True)
 
     @property
-    def _bob(self) -> Bob | None:
-        return None if self.share is None else Bob(f"{self.name}_bob", mass=1.0, length=1.0, rest=self.rest)
+    def _bobs(self) -> tuple[Bob, ...]:
+        """The bob, if the tank has one."""
+        return () if self.share is None else (Bob(f"{self.name}_bob", mass=1.0, length=1.0, rest=self.rest),)
 
-    def _swinging(self, at: Mounted) -> tuple[Bob, Mounted] | None:
-        """Return the swinging bob with current mass and damping."""
-        bob, v = self._bob, at.values
-        if bob is None:
-            return None
+    def _swinging(self, at: Mounted) -> list[tuple[Bob, Mounted]]:
+        """Return the bob with current mass and damping."""
+        v = at.values
         mass = at.define("swinging", v.share * self.fuel, "fuel that swings", "kg")
-        damping = None
-        if v.damping is not None:
-            damping = at.define("damping", v.damping * mass, "damping of the bob", "N m s")
-        values = SimpleNamespace(mass=mass, length=v.length, at=v.at, damping=damping, inertia=None)
-        return bob, Mounted(bob.name, values, at.craft)
+        damping = at.define("damping", v.damping * mass, "damping of the bob", "N m s")
+        values = SimpleNamespace(mass=mass, length=v.length, at=v.at, damping=damping, inertia=sp.S.Zero)
+        return [(bob, Mounted(bob.name, values, at.craft)) for bob in self._bobs]
 
     def _lumps(self, at: Mounted) -> list[_Lump]:
         """Return the fuel as one point at rest or, with a bob, a second point that swings."""
-        v, swinging = at.values, self._swinging(at)
-        if swinging is None:
-            return [_Lump(sp.S.One, v.at, ZERO)]
-        bob, mounted = swinging
-        slip = bob.slip(mounted)
-        return [
-            _Lump(1 - v.share, v.at, ZERO),
-            _Lump(v.share, v.at + v.length * bob.direction, v.length * slip),
-        ]
+        v = at.values
+        swinging = (
+            _Lump(v.share, v.at + v.length * bob.direction, v.length * bob.slip(mounted))
+            for bob, mounted in self._swinging(at)
+        )
+        return [_Lump(1 - v.share, v.at, ZERO), *swinging]
 
     def inputs(self) -> tuple[Quantity, ...]:
         return (Quantity(f"{self.name}_flow", "kg/s", f"flow out of {self.name}"),)
@@ -133,40 +127,27 @@ class Tank(Part):
         full = scenario.add(
             f"{self._fuel.name}_0", self.mass, "kg", f"{self._fuel.description} at the start", "(0, inf)"
         )
-        bob = self._bob
-        return (State(self._fuel, full), *(bob.states(scenario) if bob else ()))
+        return (State(self._fuel, full), *(state for bob in self._bobs for state in bob.states(scenario)))
 
     def projection(self) -> Mapping[sp.Symbol, Expr]:
-        bob = self._bob
-        return bob.projection() if bob else {}
+        return {symbol: value for bob in self._bobs for symbol, value in bob.projection().items()}
 
     def aggregates(self, at: Mounted) -> Aggregates:
-        v, swinging = at.values, self._swinging(at)
-        if swinging is None:
-            return Aggregates(self.fuel, self.fuel * v.at, point_inertia(self.fuel, v.at))
-        bob, mounted = swinging
-        rest, of = (1 - v.share) * self.fuel, bob.aggregates(mounted)
-        return Aggregates(
-            rest + of.mass, rest * v.at + of.first, point_inertia(rest, v.at) + of.inertia,
-            of.momentum, of.angular, of.energy, power=of.power,
-        )  # fmt: skip
+        rest = Aggregates.body((1 - at.values.share) * self.fuel, at.values.at)
+        return sum((bob.aggregates(mounted) for bob, mounted in self._swinging(at)), rest)
 
     def loads(self, at: Mounted) -> tuple[Load, ...]:
         v = at.values
         return () if v.thrust is None else (Load(self.inputs()[0].symbol * v.exhaust * v.thrust, v.nozzle),)
 
     def contribution(self, at: Mounted) -> Contribution:
-        v, swinging = at.values, self._swinging(at)
         lines = tuple(self._lines(at))
-        if swinging is None:
-            of = self.aggregates(at)
-            return Contribution(of.mass, of.first, of.inertia, loads=lines)
-        rest = (1 - v.share) * self.fuel
-        bob, mounted = swinging
-        own = bob.contribution(mounted)
-        return Contribution(
-            rest, rest * v.at, point_inertia(rest, v.at), loads=(*own.loads, *lines), followers=own.followers
-        )
+        rest = Aggregates.body((1 - at.values.share) * self.fuel, at.values.at)
+        result = Contribution(rest.mass, rest.first, rest.inertia, loads=lines)
+        for bob, mounted in self._swinging(at):
+            own = bob.contribution(mounted)
+            result = replace(result, loads=(*own.loads, *lines), followers=own.followers)
+        return result
 
     def _lines(self, at: Mounted) -> list[Load]:
         """Return the loads of the fuel lines on the hub, which act at the middle of each line."""
@@ -178,8 +159,8 @@ class Tank(Part):
         return result
 
     def rates(self, at: Mounted, motion: Motion) -> tuple[Expr, ...]:
-        swinging = self._swinging(at)
-        return (-self.inputs()[0].symbol, *(swinging[0].rates(swinging[1], motion) if swinging else ()))
+        own = (rate for bob, mounted in self._swinging(at) for rate in bob.rates(mounted, motion))
+        return (-self.inputs()[0].symbol, *own)
 
     def carried(self, at: Mounted, velocity: sp.Matrix) -> tuple[Load, Expr]:
         flow, w, nozzle = self.inputs()[0].symbol, at.frame.rate, at.values.nozzle
@@ -196,11 +177,8 @@ class Tank(Part):
         return Load(force, ZERO, couple), power
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
-        v = at.values
-        flow: Expr = sp.Max(commanded[0], 0)
-        if v.flow is not None:
-            flow = sp.Min(flow, v.flow)
-        return (flow if v.reserve is None else sp.Piecewise((0, self.fuel <= v.reserve), (flow, True)),)
+        flow = sp.Min(sp.Max(commanded[0], 0), at.values.flow)
+        return (sp.Piecewise((0, self.fuel <= at.values.reserve), (flow, True)),)
 
     def limits(self, at: Mounted) -> tuple[Condition, ...]:
         return (Condition(self.fuel, f"the fuel in {self.name} is used up"),)

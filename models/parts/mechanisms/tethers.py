@@ -14,7 +14,7 @@ from ...derivation import Expr
 from ...events import Event
 from ...mechanics import quaternion_product, quaternion_rates, quaternion_rotation
 from ...quantities import ModelError, Quantity
-from ..frame import AXES, point_inertia, quaternion, symbols, triple
+from ..frame import quaternion, symbols, triple
 from ..motion import Motion
 from ..part import Mounted, Part, start
 from ..terms import Aggregates, Contribution, Load, State
@@ -36,7 +36,7 @@ class _Elastic(Part):
 
     length: Annotated[Number, scalar("l", "m", "length without load")]
     stiffness: Annotated[Number, scalar("k", "N/m", "stiffness")]
-    damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)")] = None
+    damping: Annotated[Number | None, scalar("d", "N s/m", "damping", "[0, inf)", absent=0)] = None
 
     @abstractmethod
     def _line(self, at: Mounted) -> _Line: ...
@@ -44,8 +44,8 @@ class _Elastic(Part):
     def _pull(self, at: Mounted) -> Expr:
         """Return the tension of a line that can also push, N."""
         v, line = at.values, self._line(at)
-        drag = v.damping * line.rate if v.damping is not None else sp.S.Zero
-        return v.stiffness * (line.length - v.length) + drag
+        pull: Expr = v.stiffness * (line.length - v.length) + v.damping * line.rate
+        return pull
 
     def _tension(self, at: Mounted) -> Expr:
         return at.define("tension", self._pull(at), "tension", "N")
@@ -54,10 +54,10 @@ class _Elastic(Part):
         potential: Expr = at.values.stiffness * (self._line(at).length - at.values.length) ** 2 / 2
         return potential
 
-    def _loss(self, at: Mounted) -> Expr:
-        """Return the power of the damper, W."""
-        line = self._line(at)
-        return (self._potential(at).diff(line.length) - self._tension(at)) * line.rate
+    def aggregates(self, at: Mounted) -> Aggregates:
+        line, potential = self._line(at), self._potential(at)
+        loss = (potential.diff(line.length) - self._tension(at)) * line.rate
+        return Aggregates(potential=potential, power=loss)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -76,7 +76,7 @@ class _Slackening(_Elastic):
     def events(self, at: Mounted) -> tuple[Event, ...]:
         name, line = self.name, self._line(at)
         result = Event(f"{name}_taut", line.length - at.values.length, title=f"{name} becomes taut, or slack")
-        if at.values.damping is None:
+        if at.values.damping == 0:
             return (result,)
         return (result, Event(f"{name}_pulls", self._pull(at), title=f"the damper of {name} takes up its pull"))
 
@@ -141,10 +141,7 @@ class Rod(_Elastic):
 
     def _rotation(self, at: Mounted) -> sp.Matrix:
         """Return the matrix from body axes to hub axes."""
-        rotation = quaternion_rotation(list(self.vectors()[1])).T
-        return sp.Matrix(
-            3, 3, lambda i, j: at.define(f"R{AXES[i]}{AXES[j]}", rotation[i, j], f"rotation, {AXES[i]}{AXES[j]}", "1")
-        )
+        return at.matrix("R", quaternion_rotation(list(self.vectors()[1])).T, "rotation", "1")
 
     def _turning(self, at: Mounted) -> tuple[sp.Matrix, sp.Matrix]:
         """Return the rate relative to the hub, and the mount from the body's centre of mass, in hub axes."""
@@ -159,16 +156,9 @@ class Rod(_Elastic):
         return _line(at, reach, moving)
 
     def aggregates(self, at: Mounted) -> Aggregates:
-        v, (centre, _, velocity, _), (turning, _), rotation = (
-            at.values, self.vectors(), self._turning(at), self._rotation(at),
-        )  # fmt: skip
+        v, (centre, _, velocity, _), rotation = at.values, self.vectors(), self._rotation(at)
         inertia = rotation * v.inertia * rotation.T
-        spin = inertia * turning
-        return Aggregates(
-            v.mass, v.mass * centre, inertia + point_inertia(v.mass, centre), v.mass * velocity,
-            v.mass * centre.cross(velocity) + spin, (v.mass * velocity.dot(velocity) + turning.dot(spin)) / 2,
-            self._potential(at), power=self._loss(at),
-        )  # fmt: skip
+        return super().aggregates(at) + Aggregates.body(v.mass, centre, inertia, velocity, self._turning(at)[0])
 
     def contribution(self, at: Mounted) -> Contribution:
         return Contribution(loads=(Load(self._tension(at) * self._line(at).along, at.values.at),))
@@ -227,9 +217,6 @@ class Cable(_Slackening):
         """Return the force on a body in hub axes, N."""
         sign = sum(side for end, side in zip(self.between, (1, -1), strict=True) if end.name == body.name)
         return sign * self._tension(at) * self._line(at).along
-
-    def aggregates(self, at: Mounted) -> Aggregates:
-        return Aggregates(potential=self._potential(at), power=self._loss(at))
 
 
 def _line(at: Mounted, reach: sp.Matrix, moving: sp.Matrix) -> _Line:

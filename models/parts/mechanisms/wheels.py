@@ -13,7 +13,7 @@ from ...derivation import Expr
 from ...geometry import Shape
 from ...quantities import Quantity
 from ..frame import ZERO
-from ..part import Mounted, Part, points
+from ..part import Mounted, Part, clipped, points
 from ..terms import Aggregates, Coordinate
 from ..values import Number, Vector, direction, scalar
 
@@ -41,9 +41,9 @@ class Wheel(Part):
 
     axis: Annotated[Vector, direction("a", "axis")]
     inertia: Annotated[Number, scalar("Js", "kg m^2", "moment of inertia about the axis")]
-    friction: Annotated[Number | None, scalar("c", "N m s", "viscous friction", "[0, inf)")] = None
-    torque_limit: Annotated[Number | None, scalar("Tmax", "N m", "largest torque")] = None
-    speed_limit: Annotated[Number | None, scalar("wmax", "rad/s", "largest speed")] = None
+    friction: Annotated[Number | None, scalar("c", "N m s", "viscous friction", "[0, inf)", absent=0)] = None
+    torque_limit: Annotated[Number | None, scalar("Tmax", "N m", "largest torque", absent=sp.oo)] = None
+    speed_limit: Annotated[Number | None, scalar("wmax", "rad/s", "largest speed", absent=sp.oo)] = None
 
     @property
     def speed(self) -> sp.Symbol:
@@ -58,12 +58,11 @@ class Wheel(Part):
 
     def aggregates(self, at: Mounted) -> Aggregates:
         v = at.values
-        drag = v.friction * self.speed if v.friction is not None else sp.S.Zero
         return Aggregates(
             inertia=v.inertia * v.axis * v.axis.T,
             angular=v.inertia * self.speed * v.axis,
             energy=v.inertia * self.speed**2 / 2,
-            forces=(self.inputs()[0].symbol - drag,),
+            forces=(self.inputs()[0].symbol - v.friction * self.speed,),
         )
 
     def shapes(self, at: Mounted) -> tuple[Shape, ...]:
@@ -71,19 +70,15 @@ class Wheel(Part):
         v = at.values
         centre, tip = getattr(v, "at", ZERO), at.craft.reach * v.axis
         result = [Shape(self.name, "arrow", points(centre, centre + tip), "sky")]
-        if v.torque_limit is not None:
+        if v.torque_limit != sp.oo:
             end = tip * (1 + self.inputs()[0].symbol / (2 * v.torque_limit))
             result.append(Shape(f"{self.name} torque", "arrow", points(centre + tip, centre + end), "purple"))
-        if v.speed_limit is not None:
+        if v.speed_limit != sp.oo:
             result.append(Shape(f"{self.name} speed", "ball", points(centre + tip * self.speed / v.speed_limit), "sky"))
         return tuple(result)
 
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
-        (torque,), v = commanded, at.values
-        result: Expr = torque
-        if v.torque_limit is not None:
-            result = sp.Min(sp.Max(result, -v.torque_limit), v.torque_limit)
-        if v.speed_limit is not None:
-            faster = sp.And(sp.Abs(self.speed) >= v.speed_limit, result * self.speed > 0)
-            result = sp.Piecewise((0, faster), (result, True))
-        return (result,)
+        v = at.values
+        torque = clipped(commanded[0], v.torque_limit)
+        faster = sp.And(sp.Abs(self.speed) >= v.speed_limit, torque * self.speed > 0)
+        return (sp.Piecewise((0, faster), (torque, True)),)

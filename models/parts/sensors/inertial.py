@@ -132,10 +132,10 @@ class Gyro(Inertial):
     unit, quantity = "rad/s", "rate about"
     integral = "angle", "rad", "angle"
 
-    noise: Annotated[Number | None, scalar("noise", "rad/s^(1/2)", "angle random walk", "[0, inf)")] = None
+    noise: Annotated[Number | None, scalar("noise", "rad/s^(1/2)", "angle random walk", "[0, inf)", absent=0)] = None
     walk: Annotated[Number | None, scalar("walk", "rad/s^(3/2)", "rate random walk", "[0, inf)")] = None
-    scale: Annotated[Vector | None, vector("scale", "1", "relative error of the scale factor")] = None
-    misalignment: Annotated[Vector | None, vector("turn", "rad", "turn of the gyros against the hub")] = None
+    scale: Annotated[Vector | None, vector("scale", "1", "relative error of the scale factor", absent=0)] = None
+    misalignment: Annotated[Vector | None, vector("turn", "rad", "turn of the gyros against the hub", absent=0)] = None
     step: Annotated[Number | None, scalar("step", "rad/s", "quantisation of a rate")] = None
 
     def begin(self, scenario: Parameters) -> Sequence[Expr]:
@@ -153,10 +153,8 @@ class Gyro(Inertial):
 
     def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
         v, rate = at.values, sp.Matrix(self.means) if self.integrating else at.frame.rate
-        if v.misalignment is not None:
-            rate = rate - v.misalignment.cross(rate)
-        if v.scale is not None:
-            rate = rate + v.scale.multiply_elementwise(rate)
+        rate -= v.misalignment.cross(rate)
+        rate += v.scale.multiply_elementwise(rate)
         shown = rate + sp.Matrix(self.biases or NONE) + sp.Matrix(errors)
         return list(shown if v.step is None else shown.applyfunc(lambda w: v.step * sp.floor(w / v.step + HALF)))
 
@@ -185,7 +183,7 @@ class Accelerometer(Inertial):
     unit, quantity = "m/s^2", "specific force along"
     integral = "speed", "m/s", "integral of the specific force"
 
-    noise: Annotated[Number | None, scalar("noise", "m/s^(3/2)", "velocity random walk", "[0, inf)")] = None
+    noise: Annotated[Number | None, scalar("noise", "m/s^(3/2)", "velocity random walk", "[0, inf)", absent=0)] = None
     walk: Annotated[Number | None, scalar("walk", "m/s^(5/2)", "random walk of the bias", "[0, inf)")] = 0.0
     at: Annotated[Vector, place("at", "place of the accelerometers")] = (0.0, 0.0, 0.0)
     integrating: bool = field(default=True, init=False)

@@ -51,9 +51,9 @@ class Instrument(Part):
         Samples from a measurement to its arrival. The first to arrive is that of the second sample.
     """
 
-    every: Annotated[Number | None, scalar("every", "1", "samples from one measurement to the next", "[1, inf)")] = (
-        field(default=None, kw_only=True)
-    )
+    every: Annotated[
+        Number | None, scalar("every", "1", "samples from one measurement to the next", "[1, inf)", absent=1)
+    ] = field(default=None, kw_only=True)
     dropout: Annotated[Number | None, scalar("dropout", "1", "share of measurements that get lost", "[0, 1)")] = field(
         default=None, kw_only=True
     )
@@ -86,13 +86,13 @@ class Instrument(Part):
 
     def constraints(self, at: Mounted) -> tuple[Condition, ...]:
         message = f"{self.name}.every must be a whole number of samples"
-        counted = () if at.values.every is None else (Condition(whole_number_margin(at.values.every), message),)
+        counted = () if at.values.every == 1 else (Condition(whole_number_margin(at.values.every), message),)
         return (*super().constraints(at), *counted)
 
     def measures(self, at: Mounted) -> sp.Basic:
         """Return the condition for a measurement at a sample: it is due, and not lost."""
         conditions = []
-        if at.values.every is not None:
+        if at.values.every != 1:
             count = sp.floor(TIME.symbol / at.craft.period + HALF)
             turn = at.define(
                 "turn", count - at.values.every * sp.floor((count + HALF) / at.values.every), "samples since", "1"
@@ -185,7 +185,7 @@ class StarTracker(Instrument):
         orbit; in the shadow of the Earth the Sun does not disturb.
     """
 
-    sigma: Annotated[Vector | None, vector("sigma", "rad", "standard deviation of an angle")] = None
+    sigma: Annotated[Vector | None, vector("sigma", "rad", "standard deviation of an angle", absent=0)] = None
     blind: Annotated[Number | None, scalar("blind", "rad/s", "rate above which it does not measure")] = None
     boresight: Annotated[Vector | None, direction("b", "line of sight")] = None
     exclusion: Annotated[
@@ -218,7 +218,7 @@ class StarTracker(Instrument):
         return quaternion(f"{self.name}_q", f"quaternion that {self.name} measures")
 
     def errors(self, at: Mounted) -> Sequence[Expr]:
-        return (sp.S.Zero,) * 3 if at.values.sigma is None else list(at.values.sigma)
+        return list(at.values.sigma)
 
     def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
         true = at.craft.quaternion
@@ -243,13 +243,13 @@ class SunSensor(Triad):
         Standard deviation of each component.
     """
 
-    sigma: Annotated[Number | None, scalar("sigma", "1", "standard deviation", "[0, inf)")] = None
+    sigma: Annotated[Number | None, scalar("sigma", "1", "standard deviation", "[0, inf)", absent=0)] = None
 
     def _kind(self, axis: str) -> tuple[str, str]:
         return "1", f"direction to the Sun along {axis} that {self.name} measures"
 
     def errors(self, at: Mounted) -> Sequence[Expr]:
-        return (sp.S.Zero if at.values.sigma is None else at.values.sigma,) * len(AXES)
+        return (at.values.sigma,) * len(AXES)
 
     def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
         here = sky(at)
@@ -268,7 +268,9 @@ class Magnetometer(Triad):
         Density of the white noise, Wb s^(1/2)/m^2.
     """
 
-    noise: Annotated[Number | None, scalar("noise", "Wb s^(1/2)/m^2", "density of the noise", "[0, inf)")] = None
+    noise: Annotated[Number | None, scalar("noise", "Wb s^(1/2)/m^2", "density of the noise", "[0, inf)", absent=0)] = (
+        None
+    )
 
     def _kind(self, axis: str) -> tuple[str, str]:
         return "Wb/m^2", f"magnetic field along {axis} that {self.name} measures"
@@ -295,7 +297,7 @@ class Tachometer(Instrument):
     """
 
     of: Part
-    sigma: Annotated[Number | None, scalar("sigma", "rad/s", "standard deviation", "[0, inf)")] = None
+    sigma: Annotated[Number | None, scalar("sigma", "rad/s", "standard deviation", "[0, inf)", absent=0)] = None
 
     def __post_init__(self) -> None:
         super().__post_init__()
@@ -307,7 +309,7 @@ class Tachometer(Instrument):
         return (Quantity(self.name, coordinate.speed.unit, f"{coordinate.speed.description} that it measures"),)
 
     def errors(self, at: Mounted) -> Sequence[Expr]:
-        return (sp.S.Zero if at.values.sigma is None else at.values.sigma,)
+        return (at.values.sigma,)
 
     def measured(self, at: Mounted, errors: Sequence[Expr]) -> Sequence[Expr]:
         if all(part != self.of for part, _ in at.craft.parts):
@@ -316,8 +318,6 @@ class Tachometer(Instrument):
         return (coordinate.speed.symbol + error,)
 
 
-def density(noise: Expr | None, at: Mounted) -> Sequence[Expr]:
+def density(noise: Expr, at: Mounted) -> Sequence[Expr]:
     """Return the standard deviation of a sample of white noise with a density, along each axis."""
-    every = sp.S.One if at.values.every is None else at.values.every
-    size = sp.S.Zero if noise is None else noise / sp.sqrt(every * at.craft.period)
-    return (size,) * len(AXES)
+    return (noise / sp.sqrt(at.values.every * at.craft.period),) * len(AXES)

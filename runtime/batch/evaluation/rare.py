@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import math
-import os
 from collections.abc import Callable, Mapping
 from typing import Any
 
@@ -13,14 +12,14 @@ from numpy.typing import NDArray
 
 from mehvar.base.errors import bad_value
 
-from ...model.model import Model, load
+from ...model.model import Model
 from ...run.problem import COMPLETE
 from ...run.user.law import PythonLaw
 from ..blocks import IMPOSSIBLE, Blocks, Values
 from ..plan import Campaign, Plan
 from ..sampling import FloatArray, stream
 from ..store.layout import STATUS, array_of
-from .requirements import RareEvidence, Requirement, Verdict, checked_confidence, read_requirements
+from .requirements import RareEvidence, Requirement, Verdict, read_requirements
 from .splitting import FEWEST, REPETITIONS, Estimate, Levels, bounds, estimate, most_levels, pilot
 
 Progress = Callable[[int, int], None]
@@ -37,10 +36,10 @@ _EDGE = 2.0**-53
 
 
 def decide_rare(
-    model: Model | str | os.PathLike[str],
+    model: Model,
     campaign: Campaign,
     requirements: Mapping[str, str],
-    confidence: float | None,
+    confidence: float,
     threads: int,
     own: PythonLaw | None = None,
     report: Progress | None = None,
@@ -56,8 +55,8 @@ def decide_rare(
         The runs; n is the largest number of runs per requirement.
     requirements : mapping of str to str
         Quantiles by name, as of `read_requirements`.
-    confidence : float or None
-        Confidence of each bound; default: 0.95.
+    confidence : float
+        Confidence of each bound.
     threads : int
         Threads of this process.
     report : callable, optional
@@ -68,8 +67,7 @@ def decide_rare(
     InputError
         Without a requirement or distribution, for a requirement on a probability, or if a batch refuses an argument.
     """
-    confidence = checked_confidence(confidence, origin)
-    plan = Plan(model if isinstance(model, Model) else load(model, "c"), campaign, origin, own)
+    plan = Plan(model, campaign, origin, own)
     _check(plan, origin)
     blocks = Blocks(plan, threads)
     read = read_requirements(requirements, blocks.scalars(), blocks.notes, origin)

@@ -337,16 +337,11 @@ def worst(
     before : int, optional
         Read only blocks before this run; default: all.
     """
-    best: list[tuple[float, int]] = []
-    for block in store.stored():
-        if before is not None and store.runs(block).stop > before:
-            break
-        numbers = values(block)
-        places = np.flatnonzero(~np.isnan(numbers))
-        order = places[np.argsort(-numbers[places], kind="stable")[:most]]
-        first = store.runs(block).start
-        best = sorted([*best, *((-float(numbers[i]), first + int(i)) for i in order)])[:most]
-    return [(run, -value) for value, run in best]
+    blocks = [block for block in store.stored() if before is None or store.runs(block).stop <= before]
+    runs = np.concatenate([np.empty(0, int), *map(store.runs, blocks)])
+    numbers = np.concatenate([np.empty(0), *map(values, blocks)])
+    order = np.argsort(-numbers, kind="stable")[: min(most, np.count_nonzero(~np.isnan(numbers)))]  # NaN are last
+    return list(zip(runs[order].tolist(), numbers[order].tolist(), strict=True))
 
 
 def bands(store: Batch, name: str, quantiles: Sequence[float]) -> FloatArray:

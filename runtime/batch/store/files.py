@@ -6,7 +6,7 @@ from __future__ import annotations
 import shutil
 from collections.abc import Iterable, Mapping
 from pathlib import Path
-from typing import Any, Protocol
+from typing import Any, TypeAlias
 
 from .arrays import Read
 from .layout import Layout
@@ -26,22 +26,6 @@ from .records import (
     write_file,
     write_record,
 )
-
-
-class Files(Protocol):
-    """Files of a store by their names. A block is stored once its facts are written."""
-
-    def read(self, name: str) -> bytes | None:
-        """Return a file; None if it is absent."""
-
-    def about(self, block: int) -> Mapping[str, Any] | None:
-        """Return the facts about a stored block; None if it is not stored."""
-
-    def write(self, block: int, files: Iterable[tuple[str, bytes]], about: Mapping[str, Any]) -> None:
-        """Store the files of a block, then its facts."""
-
-    def end(self, layout: Layout) -> Files:
-        """End the batch after the runs of a layout, and return its files."""
 
 
 class Memory:
@@ -155,6 +139,10 @@ class Folder:
 
     def _damage(self, what: str) -> DamageError:
         return DamageError(f"{self.root} is damaged: {what}; {CURE}")
+
+
+Files: TypeAlias = Memory | Folder
+"""Files of a store by their names. A block is stored once its facts are written."""
 
 
 def lay_again(folder: Path, layout: Layout, record: Record) -> None:

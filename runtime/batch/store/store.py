@@ -48,7 +48,6 @@ from .verification import (
     listed,
     own_files,
     settled,
-    special_files,
     store_folder,
     stored_group,
     verification_now,
@@ -322,8 +321,6 @@ def resume(path: Path, layout: Layout, compare: Callable[[Mapping[str, Any]], No
     """
     store_folder(path)
     _layout_there(path, layout, compare)
-    if foreign := special_files(path):
-        raise DamageError(f"{path} is damaged: {listed(foreign)}; remove what is neither a file nor a folder")
     try:
         lock = Lock(path, str(path))
         try:

@@ -17,7 +17,7 @@ from .arrays import ROOT, Array, read_group
 from .attributes import batch_hash, check_group
 from .lock import FILE as LOCK
 from .lock import lock_owner
-from .records import END, FOLDER, STORE, Record, Records, block_record, file_digest
+from .records import END, FOLDER, STORE, DamageError, Record, Records, block_record, file_digest
 
 T = TypeVar("T")
 
@@ -164,7 +164,7 @@ def verification_now(folder: Path, writer: str | None) -> Verification:
     """Check every file once, also while a process writes: for the writer itself."""
     records, files = own_files(folder)
     if isinstance(records.end, str):
-        files.setdefault(END, records.end)
+        files[END] = records.end
     if ROOT not in files:
         stored_group(folder, records.store)
     return _blocks(records, files, writer)
@@ -189,24 +189,22 @@ def store_folder(path: str | os.PathLike[str]) -> Path:
 
 
 def own_files(folder: Path) -> tuple[Records, dict[str, str]]:
-    """Return the records of a store, and the damage to files outside of blocks, including links, pipes and devices.
+    """Return the records of a store, and the damage to files outside of blocks.
 
     Raises
     ------
     InputError
-        If the store has another version, or its record is not intact.
+        If the store has links, pipes or devices, or another version, or its record is not intact.
     """
-    records = Records(folder)
-    return records, _differences(folder, records.store.digests) | special_files(folder)
-
-
-def special_files(folder: Path) -> dict[str, str]:
-    """Return the paths of links, pipes and devices below a folder, with their kinds."""
-    return {
+    special = {
         name: "a link" if entry.is_symlink() else "a pipe or a device"
         for name, entry in _entries(folder)
         if not (entry.is_file(follow_symlinks=False) or entry.is_dir(follow_symlinks=False))
     }
+    if special:
+        raise DamageError(f"{folder} is damaged: {listed(special)}; remove what is neither a file nor a folder")
+    records = Records(folder)
+    return records, _differences(folder, records.store.digests)
 
 
 def _entries(folder: Path, above: str = "") -> Iterator[tuple[str, os.DirEntry[str]]]:

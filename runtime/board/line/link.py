@@ -45,6 +45,10 @@ class LinkError(MehvarError, RuntimeError):
     exit_status = 3
 
 
+class ClosedError(LinkError):
+    """Error if the line has closed, so that nothing can answer."""
+
+
 class RestartError(LinkError):
     """Error if the board restarted or served another host, so that its memory and parameters are unknown."""
 
@@ -141,7 +145,7 @@ class Link:
 
     def __init__(self, port: Port, layout: Layout, timeout: float = 0.25, tries: int = 20) -> None:
         self.counters = Counters()
-        self._port, self._layout = port, layout
+        self._port, self.layout = port, layout
         self._timeout, self._tries = timeout, tries
         self._decoder = Decoder()
         self._session = 1 + secrets.randbelow(0xFFFF)
@@ -166,6 +170,8 @@ class Link:
             while True:
                 try:
                     return self._checked(self._request(HELLO))
+                except ClosedError:
+                    raise
                 except LinkError as error:
                     if time.monotonic() - begin > patience:
                         hint = "check its port, baud rate and image"
@@ -188,7 +194,7 @@ class Link:
             If the board has no memory yet.
         """
         reply = self._request(STEP, numbers.astype("<f4").tobytes())
-        size = 4 * self._layout.sizes[1]
+        size = 4 * self.layout.sizes[1]
         if len(reply.payload) != size + 4:
             raise LinkError(f"the answer to a step has {len(reply.payload)} bytes instead of {size + 4}")
         flags = Flags(reply.flags)
@@ -243,7 +249,7 @@ class Link:
             done = f"after {count} of {samples} samples"
             raise LinkError(f"{self._port.name}: a byte on the line interrupted the self-test {done}")
         numbers = np.frombuffer(payload[12:], "<f4").astype(np.float32)
-        states = self._layout.sizes[6]
+        states = self.layout.sizes[6]
         return SelfTest(count, crc, ticks, numbers[:states], numbers[states:])
 
     def reboot(self) -> None:
@@ -297,7 +303,7 @@ class Link:
             raise InputError(f"{self._port.name}: the board speaks another version of the protocol; flash it again")
         _, size, digest, *sizes, ticks, board, model, law = _HELLO.unpack(reply.payload)
         hello = Hello(size, digest, tuple(sizes), ticks, _text(board), _text(model), _text(law))
-        expected = self._layout
+        expected = self.layout
         if hello.real_size != 4:
             raise InputError(
                 f"{self._port.name}: the board has numbers of {hello.real_size} bytes, but 4 (float) are needed: "

@@ -8,7 +8,7 @@ from contextlib import nullcontext
 from types import SimpleNamespace
 from typing import Any
 
-from mehvar.base.manifest import Array, Function
+from mehvar.base.manifest import Function
 
 from .replacement import library, with_globals
 
@@ -71,7 +71,8 @@ def casadi_function(function: Function, generated: Callable[..., Any]) -> Any:
     out = call(*arguments)
     results = [out] if len(function.results) == 1 else list(out)
     columns = [result.column if isinstance(result, _Vector) else result for result in results]
-    return casadi.Function(function.name, symbols, columns, *_names(function.arguments, function.results))
+    names = ([array.name for array in group] for group in (function.arguments, function.results))
+    return casadi.Function(function.name, symbols, columns, *names)
 
 
 def _columns(
@@ -84,7 +85,3 @@ def _columns(
         along[place][k] = 1
         columns.append(change(*point, *(_Vector(casadi, casadi.densify(vector)) for vector in along)).column)
     return _Vector(casadi, casadi.horzcat(casadi.SX(point[0].shape[0], 0), *columns))
-
-
-def _names(arguments: Sequence[Array], results: Sequence[Array]) -> tuple[list[str], list[str]]:
-    return [a.name for a in arguments], [r.name for r in results]

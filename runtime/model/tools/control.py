@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -66,7 +67,7 @@ def law_system(manifest: Manifest, functions: Functions, law: Controller, p: Flo
     def both(z: FloatArray, v: FloatArray) -> Any:
         return call(v[:nx], v[nx : nx + nr], v[nx + nr :], z[:nz], p, c)
 
-    applied = tuple(_Named(f"applied_{q.name}") for q in manifest.inputs)
+    applied = tuple(replace(q, name=f"applied_{q.name}") for q in manifest.inputs)
     return _system(
         law.name,
         lambda _t, z, v, _more: both(z, v)[1],
@@ -102,13 +103,6 @@ def loop_system(manifest: Manifest, functions: Functions, law: Controller, p: Fl
     return _system(name, update, None, manifest.states, manifest.references, manifest.states)
 
 
-class _Named:
-    """A signal without an entry in the manifest."""
-
-    def __init__(self, name: str) -> None:
-        self.name = name
-
-
 def _period(manifest: Manifest, law: Controller, p: FloatArray) -> float:
     names = [q.name for q in manifest.parameters]
     return float(p[names.index(law.period)]) if law.period else 0.0
@@ -119,7 +113,7 @@ def _system(
     update: Any,
     output: Any,
     states: tuple[Quantity, ...],
-    inputs: tuple[Quantity | _Named, ...],
+    inputs: tuple[Quantity, ...],
     outputs: tuple[Quantity, ...],
     step: float = 0.0,
 ) -> Any:

@@ -5,26 +5,12 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import nullcontext
+from types import SimpleNamespace
 from typing import Any
 
 from mehvar.base.manifest import Manifest
 
 from .replacement import Translation, library, with_globals
-
-
-class _Numpy:
-    """`jax.numpy` with the missing name `errstate`."""
-
-    def __init__(self, numpy: Any) -> None:
-        self._numpy = numpy
-
-    def __getattr__(self, name: str) -> Any:
-        return getattr(self._numpy, name)
-
-    @staticmethod
-    def errstate(**_: str) -> nullcontext[None]:
-        """Do nothing, as compiled arithmetic does not warn."""
-        return nullcontext()
 
 
 def jax_functions(manifest: Manifest) -> Translation:
@@ -37,13 +23,14 @@ def jax_functions(manifest: Manifest) -> Translation:
     """
     numpy = library("jax.numpy", "jax", "to_jax")
     erf = library("jax.scipy.special", "jax", "to_jax").erf
+    quiet = SimpleNamespace(**vars(numpy), errstate=lambda **_: nullcontext())  # compiled arithmetic does not warn
 
     def vector(*elements: Any) -> Any:
         return numpy.stack(numpy.broadcast_arrays(*elements), axis=-1) if elements else numpy.empty(0)
 
     def translate(_: str, generated: Callable[..., Any]) -> Any:
         arrays = lambda *values: tuple(numpy.asarray(value, dtype=float_of(numpy)) for value in values)  # noqa: E731
-        return with_globals(generated, np=_Numpy(numpy), _arrays=arrays, _vector=vector, _erf=erf)
+        return with_globals(generated, np=quiet, _arrays=arrays, _vector=vector, _erf=erf)
 
     return Translation(manifest, translate)
 

@@ -7,14 +7,13 @@ import functools
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
-
 from mehvar.base.errors import unknown_name
 
 from ...model.functions import FloatArray
+from ...model.named import NamedVector
 
 
-class State(np.ndarray[Any, np.dtype[np.float64]]):
+class State(NamedVector):
     """State as a law's argument, shape (nx,), or (nx, runs) in a batch; read-only.
 
     `x.NAME` and `x["NAME"]` are a state or a reference, and `x.r` all references. A state with the name of an array
@@ -23,15 +22,12 @@ class State(np.ndarray[Any, np.dtype[np.float64]]):
     Results of computations with it are plain arrays.
     """
 
-    names: Sequence[str]
     references: Sequence[str]
     r: FloatArray
 
     def __getitem__(self, key: Any) -> Any:
-        if not isinstance(key, str):
-            return self.view(np.ndarray)[key]
-        if key in self.names:
-            return self.view(np.ndarray)[self.names.index(key)]
+        if not isinstance(key, str) or key in self.names:
+            return super().__getitem__(key)
         if key in self.references:
             return self.r[self.references.index(key)]
         raise unknown_name("state or reference", key, (*self.names, *self.references))
@@ -40,23 +36,13 @@ class State(np.ndarray[Any, np.dtype[np.float64]]):
         known = (*getattr(type(self), "names", ()), *getattr(type(self), "references", ()))
         raise AttributeError(f"unknown state or reference {name!r} of a law's argument; known: {', '.join(known)}")
 
-    def __array_wrap__(self, array: Any, context: Any = None, return_scalar: bool = False) -> Any:
-        plain = np.asarray(array)
-        return plain[()] if return_scalar or plain.ndim == 0 else plain
-
 
 @functools.cache
 def state_type(names: tuple[str, ...], references: tuple[str, ...]) -> type[State]:
     """Return the state class of a model, with one property per name."""
-    fields: dict[str, Any] = {"names": names, "references": references}
-    fields |= {name: property(functools.partial(_reference, i)) for i, name in enumerate(references)}
-    fields |= {name: property(functools.partial(_row, i)) for i, name in enumerate(names)}
-    return type("State", (State,), fields)
+    fields: dict[str, Any] = {name: property(functools.partial(_element, name)) for name in (*references, *names)}
+    return type("State", (State,), {**fields, "names": names, "references": references})
 
 
-def _row(i: int, state: State) -> Any:
-    return state.view(np.ndarray)[i]
-
-
-def _reference(i: int, state: State) -> Any:
-    return state.r[i]
+def _element(name: str, state: State) -> Any:
+    return state[name]

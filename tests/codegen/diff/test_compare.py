@@ -324,7 +324,7 @@ def test_places_lead_to_the_edited_part():
 def test_it_is_plain_data():
     comparison = compare(document("s = x + y\nf: s*z"), document("s = x - y\nf: s*z"))
     plain = json.loads(json.dumps(comparison.to_json()))
-    assert plain["differs"] is True
+    assert plain["counts"]["changed"] == 1
     assert plain["equations"][0]["edits"][0]["kind"] == "sign"
 
 

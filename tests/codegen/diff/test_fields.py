@@ -129,7 +129,7 @@ def test_an_edit_of_a_field_of_the_manifest_is_seen_unless_it_is_exempt(kind, na
             "delays": {"M": "k"},
         }
     )
-    plain, old = document("f: x*m"), replace(manifest(), **more)
+    plain, old = document("f: x*m"), _law(replace(manifest(), **more), events=(EVENT,))
     new = PLACES[kind](old, lambda row: replace(row, **{name: another(getattr(row, name))}))
     assert new != old
     sides = [replace(plain, manifest=side) for side in (old, new)]

@@ -50,7 +50,7 @@ def test_an_emulated_board_is_built_counted_and_reported(tmp_path):
     assert "scenario paper, roll_0_deg = 3, delay of 1 sample(s)" in page
     assert "the closed loop, with the law on the board" in page.lower()
     assert "largest torque about x" in page
-    words = re.sub(r"<[^>]*>", " ", page)
+    words = re.sub(r"<[^>]*>", " ", re.sub(r"<(script|style).*?</\1>", "", page, flags=re.DOTALL))
     assert "×10⁻" in words
     assert not re.search(r"\de[-+]\d", words)
     assert set(found["metrics"]["max_torque_x"]) == {"board", "host_double", "host_without_delay"}

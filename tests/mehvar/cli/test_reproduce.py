@@ -13,13 +13,12 @@ import pytest
 from mehvar.base.errors import InputError
 from mehvar.cli import reproduce as module
 from mehvar.cli.reproduce import reproduce
-from mehvar.pictures.scene import Scene
-from mehvar.pictures.style import style, text_figure
-from mehvar.report import content
-from mehvar.report.backends import Agreement, FunctionAgreement
+from mehvar.pictures.style import style
 from mehvar.report.board import section
 from mehvar.report.board.section import Boards, OnBoard
 from mehvar.report.page import typeset
+from mehvar.report.papers import content
+from mehvar.report.papers.backends import Agreement, FunctionAgreement
 from mehvar.reproduction.beyond import Beyond, BeyondWords, load_beyond
 from mehvar.reproduction.claims import Check, Claim, ClaimKind, ClaimText, ClaimVerdict, tally, tally_text
 from mehvar.reproduction.deviations import deviations, table_claims
@@ -90,7 +89,7 @@ def written(page):
 def first_board(runs):
     """Run one law of a model on its board; tests/runtime/board has every law."""
     laws = [*runs.model.manifest.controllers][:1]
-    return Boards([section._on_board(runs.board(law)) for law in laws])
+    return Boards([section.on_board(runs.board(law)) for law in laws])
 
 
 def small(monkeypatch, shown):
@@ -284,7 +283,6 @@ def test_drawing_again_gives_the_same_bytes(report, number):
 
 def _only_claims(monkeypatch, claims):
     """Replace what every paper claims, and leave out what takes time."""
-    scene = Scene(runs={}, constants={}, panels=(), speeds=(1.0,))
     triangle = load_reproduction("triangle")
     captions = replace(triangle.captions, citation="A & B", readings=())
     monkeypatch.setattr(module, "paper_models", lambda tree: SHOWN)
@@ -296,9 +294,9 @@ def _only_claims(monkeypatch, claims):
         texts=(),
         statements=nothing,
         more_claims=claims,
-        scene=lambda runs: scene,
     )
     monkeypatch.setattr(content, "load_reproduction", lambda name: paper)
+    monkeypatch.setattr(content, "_animation", lambda *given: {"runs": {}, "panels": []})
     for name in ("run_study", "agreement"):
         monkeypatch.setattr(content, name, lambda *given: None)
     for name in ("deviations", "loop_spectra"):
@@ -332,9 +330,9 @@ def test_what_fails_is_called_by_its_name(tmp_path, monkeypatch, capsys):
     different = Agreement([FunctionAgreement("rhs", 500, 0.0), FunctionAgreement("jac_x", 500, 1e-9)], [])
     monkeypatch.setattr(content, "agreement", lambda runs: different)
     words = BeyondWords("", {}, (), (), (ClaimText("B1", "it is light"),))
-    failing = Beyond(words, {}, {"B1": lambda *given: [Check("m", "1", "2", False)]})
+    failing = Beyond(words, (), {"B1": lambda *given: [Check("m", "1", "2", False)]})
     monkeypatch.setattr(content, "load_beyond", lambda name: failing)
-    board = OnBoard("pd", False, "", "", (), "", text_figure("nothing"))
+    board = OnBoard("pd", False, "")
     monkeypatch.setattr(content, "run_boards", lambda runs: Boards([board]))
     assert module.command(tmp_path) == 1
     functions, laws, claims = (", ".join(f"{name} {what}" for name in SHOWN) for what in ("jac_x", "pd", "B1"))

@@ -13,13 +13,17 @@ from pathlib import Path
 import pytest
 from typer.testing import CliRunner
 
+import mehvar
 from mehvar.base.errors import InputError
 from mehvar.cli.app import app
 from mehvar.codegen.workspace import ROOMS
+from mehvar.comparison.result import ModelDiff
 from tests import commands
 
 ROOT = Path(__file__).parents[3]
 CART = Path(__file__).parents[1] / "cart"
+SIGN = ("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+"""An edit that turns the sign of the damper."""
 
 
 class Project:
@@ -34,6 +38,11 @@ class Project:
         with contextlib.chdir(self.root):
             process = CliRunner().invoke(app, ["diff", *arguments], catch_exceptions=False)
         return process.exit_code, process.output
+
+    def compared(self) -> ModelDiff:
+        """Compare the cart in this process."""
+        with contextlib.chdir(self.root):
+            return mehvar.diff("cart")
 
     def mehvar(self, *arguments: str, **environment: str) -> subprocess.CompletedProcess[str]:
         """Call the command as a process."""

@@ -1,7 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 """`mehvar diff` as a user meets it: in a real git repository, with a small model that is really derived."""
 
-import contextlib
 import json
 import math
 import os
@@ -21,10 +20,14 @@ import mehvar
 from mehvar import Group, Parameter, Quantity, System
 from mehvar.base.manifest import with_digest
 from mehvar.cli.app import app
+from mehvar.codegen.diff.report import EquationVerdict
 from mehvar.codegen.workspace import ROOMS
+from mehvar.comparison.html import html_page
+from mehvar.comparison.markdown import markdown
+from mehvar.comparison.result import Diff, ModelDiff
 from tests import commands
 from tests.mehvar.browser import chromium, prefer
-from tests.mehvar.comparison.projects import CART, ROOT, Project
+from tests.mehvar.comparison.projects import CART, ROOT, SIGN, Project
 from tests.mehvar.pages import violations
 
 
@@ -35,23 +38,71 @@ def test_nothing_changed(project):
     assert project.diff("HEAD", "HEAD")[0] == 0
 
 
-def test_a_flipped_sign_is_found_where_it_was_made(project):
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+@pytest.fixture(scope="module")
+def flipped(committed, tmp_path_factory) -> tuple[Project, ModelDiff]:
+    """A project whose spring turned its sign and got another number, and its comparison."""
+    project = Project(shutil.copytree(committed, tmp_path_factory.mktemp("flipped") / "tree"))
+    project.edit(*SIGN)
+    project.edit("default = 8.0", "default = 9.0", "models/cart/parameters.toml")
+    return project, project.compared()
+
+
+def test_a_flipped_sign_is_found_where_it_was_made(flipped):
+    _, found = flipped
+    assert found.status == "changed"
+    assert [equation.name for equation in found.changed][:2] == ["spring", "v_dot"]
+    assert (found.added, found.removed, found.equivalent) == ((), (), ())
+    assert [change.name for change in found.parameters] == ["k"]
+    (source,) = found.comparison.sources
+    assert (source.name, source.edits[0].kind) == ("spring", "sign")
+    assert source.replayed
+    assert source.counterexample.left != source.counterexample.right
+    assert {"v_dot", "v'"} <= {e.name for e in found.comparison.of(EquationVerdict.INHERITED)}
+    assert str(found).startswith("cart: physics CHANGED")
+    assert "eigenvalues" in str(found)
+
+
+def test_a_pull_request_gets_a_comment_and_a_picture(flipped):
+    project, found = flipped
     status = project.git("status", "--porcelain")
-    process = project.mehvar("diff")
+    process = project.mehvar("diff", "--out", "comment.md", "--plot", "overlay.png")
     assert process.returncode == 1, process.stderr
-    assert "cart: physics CHANGED" in process.stdout
-    assert "spring" in process.stdout
-    assert "sign" in process.stdout
-    assert "eigenvalues" in process.stdout
+    assert process.stdout == "cart: changed\nsaved comment.md\n"
+    comment = (project.root / "comment.md").read_text()
+    assert comment.splitlines()[2:] == markdown(Diff("", "", (found,))).splitlines()[2:]
+    assert "### cart: physics CHANGED" in comment
+    assert "```diff\n# in -d v: sign flipped: - became +\n" in comment or "sign flipped" in comment
+    assert "| metric | old | new | unit | change |" in comment
+    assert comment.count("<details>") == comment.count("</details>") > 0
+    assert comment.count("```") % 2 == 0
+    assert (project.root / "overlay.png").read_bytes().startswith(b"\x89PNG")
+    made = {project.root / name for name in ("comment.md", "overlay.png")}
+    assert made <= set(project.root.iterdir())
+    for path in made:
+        path.unlink()
     assert project.git("status", "--porcelain") == status
-    result = project.json(status=1)
-    (source,) = [equation for equation in result["equations"] if equation["verdict"] == "changed"]
-    assert (source["name"], source["edits"][0]["kind"]) == ("spring", "sign")
-    assert source["replayed"]
-    assert source["counterexample"]["old"] != source["counterexample"]["new"]
-    inherited = {equation["name"] for equation in result["equations"] if equation["verdict"] == "inherited"}
-    assert {"v_dot", "v'"} <= inherited
+
+
+def test_the_page_is_whole_and_needs_no_network(flipped):
+    text = html_page(Diff("HEAD", "work", (flipped[1],)))
+    tags = Tags(text)
+    assert all(address.startswith(("#", "data:")) for address in tags.addresses)
+    assert not re.search("https?:", text)
+    assert len(tags.ids) == len(set(tags.ids))
+    card = text[text.index('id="cart-spring"') :]
+    card = card[: card.index("</article>")]
+    marked = [part.split("</math>")[0] for part in card.split('class="term mark">')[1:]]
+    assert len(marked) == 2
+    assert ["".join(ET.fromstring(part + "</math>").itertext()).startswith("−") for part in marked] == [True, False]
+
+
+def test_a_terminal_gets_lines_that_fit(flipped):
+    project, found = flipped
+    narrow = project.mehvar("diff", FORCE_COLOR="1", COLUMNS="50", TERM="xterm").stdout
+    assert "\x1b[" in narrow
+    visible = re.sub(r"\x1b\[[0-9;]*m", "", narrow).splitlines()
+    assert max(map(len, visible)) <= 50
+    assert "".join("".join(visible[1:]).split()) in "".join(str(found).split())
 
 
 def test_another_form_of_the_same_physics_is_the_same(project):
@@ -66,7 +117,8 @@ def test_another_form_of_the_same_physics_is_the_same(project):
 
 def test_a_parameter_counts_and_its_consequence_is_computed(project):
     project.edit("default = 8.0", "default = 18.0", "models/cart/parameters.toml")
-    result = project.json(status=1)
+    found = project.compared()
+    result = found.to_json()
     assert result["status"] == "parameters changed"
     (change,) = result["parameters"]
     assert (change["name"], change["what"], float(change["old"]), float(change["new"])) == ("k", "value", 8.0, 18.0)
@@ -75,21 +127,25 @@ def test_a_parameter_counts_and_its_consequence_is_computed(project):
     assert complex(*new) == pytest.approx(-0.125 + (9 - 0.125**2) ** 0.5 * 1j)
     (loop,) = result["consequences"]["loops"]
     ((old, new),) = loop["eigenvalues"]
-    assert (loop["law"], loop["period"], loop["point"]) == ("hold", None, [["x", 0.5]])
+    assert (loop["law"], loop["period"], loop["point"]) == ("hold", None, (("x", 0.5),))
     assert complex(*old) == pytest.approx(-0.125 + (4.5 - 0.125**2) ** 0.5 * 1j)
     assert complex(*new) == pytest.approx(-0.125 + (9.5 - 0.125**2) ** 0.5 * 1j)
-    assert "eigenvalues under hold at x = 0.5, the rest 0:" in project.diff()[1]
     (rate,) = result["consequences"]["rates"]
     assert rate["name"] == "v"
     assert rate["unit"] == "m/s^2"
     assert rate["largest"] == pytest.approx(5 * 0.5, rel=0.02)
-    assert "k  value: " in project.diff()[1]
+    assert "eigenvalues under hold at x = 0.5, the rest 0\n" in str(found)
+    assert "k  value  " in str(found)
 
 
-def test_a_changed_law_is_run_in_both_versions(project):
-    """The plant is equal: what differs is what the loop does."""
+def test_a_changed_law_is_run_in_both_versions_and_has_other_margins(project):
+    """The plant is equal: what differs is what the loop does.
+
+    A cart under a spring of its own and a proportional law: |L| = 1 where gain^2 = (k - m w^2)^2 + (d w)^2.
+    """
     project.edit("default = 1.0", "default = 28.0", "models/cart/parameters.toml")
-    follows = project.json(status=1)["consequences"]
+    found = project.compared()
+    follows = found.to_json()["consequences"]
     (run,) = follows["runs"]["changed"]
     assert (run["law"], run["scenario"], run["old"], run["new"]) == ("hold", "release", "", "")
     assert not follows["rates"]
@@ -97,36 +153,14 @@ def test_a_changed_law_is_run_in_both_versions(project):
     ((old, new),) = loop["eigenvalues"]
     assert complex(*old) == pytest.approx(-0.125 + (4.5 - 0.125**2) ** 0.5 * 1j)
     assert complex(*new) == pytest.approx(-0.125 + (18 - 0.125**2) ** 0.5 * 1j)
-    text = project.diff()[1]
-    assert "release under hold: " in text
-    assert "the plant without a law: rates equal at 512 random states" in text
-
-
-def test_margins_of_a_loop_are_those_of_its_response(project):
-    """A cart under a spring of its own and a proportional law: |L| = 1 where gain^2 = (k - m w^2)^2 + (d w)^2."""
-    project.edit("default = 1.0", "default = 28.0", "models/cart/parameters.toml")
-    (change,) = project.json(status=1)["consequences"]["runs"]["margins"]
+    assert "release under hold: " in str(found)
+    assert "the plant without a law: rates equal at 512 random states" in str(found)
+    (change,) = follows["runs"]["margins"]
     for (margin,), gain in ((change["old"], 1.0), (change["new"], 28.0)):
         squares = [u for u in np.roots([4.0, 0.25 - 32.0, 64.0 - gain**2]) if u > 0]
         phase = min(math.atan2(0.5 * u**0.5, 2.0 * u - 8.0) for u in squares)
-        assert (margin["input"], margin["gain"]) == ("F", "inf")
+        assert (margin["input"], margin["gain"]) == ("F", math.inf)
         assert margin["phase"] == pytest.approx(phase)
-
-
-def test_a_pull_request_gets_a_comment_and_a_picture(project):
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
-    process = project.mehvar("diff", "--out", "comment.md", "--plot", "overlay.png")
-    assert process.returncode == 1, process.stderr
-    comment = (project.root / "comment.md").read_text()
-    assert "### cart: physics CHANGED" in comment
-    assert "```diff\n# in -d v: sign flipped: - became +\n" in comment or "sign flipped" in comment
-    assert "| metric | old | new | change | unit |" in comment
-    assert comment.count("<details>") == comment.count("</details>") > 0
-    assert comment.count("```") % 2 == 0
-    assert (project.root / "overlay.png").read_bytes().startswith(b"\x89PNG")
-    status, text = project.diff("HEAD", "HEAD", "--format", "markdown")
-    assert status == 0
-    assert text.splitlines()[2] == "### cart: physics the SAME"
 
 
 def test_a_picture_that_cannot_be_is_refused_before_anything_is_compared(project):
@@ -302,81 +336,22 @@ class Tags(HTMLParser):
             assert self.open.pop() == tag
 
 
-def test_the_page_is_whole_and_needs_no_network(project):
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
-    project.edit("default = 8.0", "default = 9.0", "models/cart/parameters.toml")
-    process = project.mehvar("diff", "--out", "page.html")
-    assert process.returncode == 1, process.stderr
-    assert "saved page.html" in process.stdout
-    text = (project.root / "page.html").read_text(encoding="utf-8")
-    tags = Tags(text)
-    assert all(address.startswith(("#", "data:")) for address in tags.addresses)
-    assert not re.search("https?:", text)
-    assert len(tags.ids) == len(set(tags.ids))
-    card = text[text.index('id="cart-spring"') :]
-    card = card[: card.index("</article>")]
-    marked = [part.split("</math>")[0] for part in card.split('class="term mark">')[1:]]
-    assert len(marked) == 2
-    assert ["".join(ET.fromstring(part + "</math>").itertext()).startswith("−") for part in marked] == [True, False]
-    assert sorted(p.name for p in project.root.iterdir() if p.name.startswith("page")) == ["page.html"]
-
-
-def narrow_words(lines: list[str]) -> list[str]:
-    return [word for line in lines for word in line.split()]
-
-
-def test_python_gets_the_same_comparison(project):
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
-    with contextlib.chdir(project.root):
-        result = mehvar.diff("cart", old="HEAD", new="work")
-        back = mehvar.diff("cart", old="work", new="HEAD")
-    assert [equation.name for equation in result.changed][:2] == ["spring", "v_dot"]
-    assert (result.added, result.removed, result.equivalent, result.parameters) == ((), (), (), ())
-    assert result.differs
-    assert str(result).startswith("cart: physics CHANGED")
-    assert [equation.name for equation in back.changed] == [equation.name for equation in result.changed]
-
-
-def test_a_terminal_gets_lines_that_fit(project):
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
-    wide = project.mehvar("diff").stdout
-    narrow = project.mehvar("diff", FORCE_COLOR="1", COLUMNS="50", TERM="xterm").stdout
-    assert "\x1b[" in narrow
-    assert "\x1b[" not in wide
-    visible = re.sub(r"\x1b\[[0-9;]*m", "", narrow).splitlines()
-    assert max(map(len, visible)) <= 50 < max(map(len, wide.splitlines()))
-    assert "".join(narrow_words(visible)) == "".join(narrow_words(wide.splitlines()))
-
-
-def test_git_shows_the_comparison_as_an_external_diff(project):
-    configure(project, "command", "git-diff")
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
-    project.generate()
-    shown = project.git("diff", "--", "generated/cart/equations.json")
-    assert "generated/cart/equations.json" in shown
-    assert "spring" in shown
-    assert "sign" in shown
-    project.commit("turned")
-    assert "spring" in project.git("log", "-p", "--ext-diff", "-1", "--", "generated/cart/equations.json")
-    project.git("rm", "--quiet", "generated/cart/equations.json")
-    assert "was removed" in project.git("diff", "--cached", "--", "generated/cart/equations.json")
-
-
-def test_git_shows_equations_line_by_line_through_textconv(project):
-    configure(project, "textconv", "git-textconv")
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
-    project.generate()
-    shown = project.git("diff", "-U0", "--", "generated/cart/equations.json")
-    lines = [line for line in shown.splitlines() if line[:1] in "+-" and line[:3] not in ("+++", "---")]
-    assert len(lines) == 2
-    assert sorted(line.split()[-3:] for line in lines) == [["=", "-d", "v"], ["=", "d", "v"]]
-
-
-def configure(project: Project, kind: str, command: str) -> None:
-    """Set up git as the tutorial says, with the mehvar under test."""
+def test_git_shows_the_comparison_as_an_external_diff_and_through_textconv(project):
     (project.root / ".gitattributes").write_text("generated/*/equations.json diff=mehvar\n")
     project.commit("attributes")
-    project.git("config", f"diff.mehvar.{kind}", f"{shlex.join(commands.mehvar())} {command}")
+    driver = shlex.join(commands.mehvar())
+    project.git("config", "diff.mehvar.command", f"{driver} git-diff")
+    project.edit(*SIGN)
+    project.generate()
+    path = "generated/cart/equations.json"
+    assert all(word in project.git("diff", "--", path) for word in (path, "spring", "sign"))
+    textconv = ("-c", f"diff.mehvar.textconv={driver} git-textconv", "diff", "--no-ext-diff", "-U0", "--", path)
+    lines = [line for line in project.git(*textconv).splitlines() if re.match(r"[+-](?![+-]{2})", line)]
+    assert sorted(line.split()[-3:] for line in lines) == [["=", "-d", "v"], ["=", "d", "v"]]
+    project.commit("turned")
+    assert "spring" in project.git("log", "-p", "--ext-diff", "-1", "--", path)
+    project.git("rm", "--quiet", path)
+    assert "was removed" in project.git("diff", "--cached", "--", path)
 
 
 def test_a_misprint_of_the_paper_is_named_with_its_correction(project, tmp_path):
@@ -457,7 +432,7 @@ COMMIT = ["git", "-c", "user.name=Test", "-c", "user.email=test@example.org", "c
 @pytest.mark.parametrize("staged", ["models", "generated"])
 @pytest.mark.share(2)
 def test_the_hook_of_the_tutorial_refuses_what_is_staged_by_half(project, hook, command, staged):
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.edit(*SIGN)
     project.generate()
     project.git("add", staged)
     stale = attempt(project, COMMIT, command)
@@ -471,7 +446,7 @@ def test_the_hook_of_the_tutorial_refuses_what_is_staged_by_half(project, hook, 
 
 
 def test_the_hook_takes_the_first_commit_and_leaves_alone_what_is_not_staged(project, hook, command):
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.edit(*SIGN)
     kept = attempt(project, COMMIT, command)
     assert kept.returncode == 0, kept.stdout + kept.stderr
     assert "physics the SAME" in kept.stdout + kept.stderr
@@ -484,7 +459,7 @@ def test_the_hook_takes_the_first_commit_and_leaves_alone_what_is_not_staged(pro
 def test_the_entry_for_pre_commit_is_the_hook(project, hook, command):
     (entry,) = re.findall(r"entry: (.*)", shown_file(".pre-commit-config.yaml"))
     assert attempt(project, [entry], command).returncode == 0
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.edit(*SIGN)
     project.git("add", "models")
     assert attempt(project, [entry], command).returncode == 1
 
@@ -493,7 +468,7 @@ def test_the_entry_for_pre_commit_is_the_hook(project, hook, command):
 def test_the_steps_of_the_github_action_run(project, command):
     """Our own steps, as the runner calls them: in one shell that stops at the first failure."""
     text = shown_file(".github/workflows/equations.yml")
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.edit(*SIGN)
     project.generate()
     project.commit("turned")
     check = re.search(r"run: (mehvar generate --check)\n", text)
@@ -523,7 +498,7 @@ def attempt(project: Project, command: list[str], environment: dict[str, str]) -
 
 @pytest.mark.soak
 def test_a_page_fits_a_telephone_and_one_that_says_the_same_is_small(project, tmp_path):
-    project.edit("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+    project.edit(*SIGN)
     project.diff("--out", "page.html")
     project.diff("HEAD", "HEAD", "--out", "same.html")
     assert (project.root / "same.html").stat().st_size < 100_000

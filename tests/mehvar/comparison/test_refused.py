@@ -9,8 +9,8 @@ import pytest
 from mehvar.base.errors import InputError
 from mehvar.base.manifest import FILE, with_digest
 from mehvar.cli.diff import command
+from mehvar.comparison.effects import refused_runs
 from mehvar.comparison.runs import runs
-from mehvar.comparison.text import refused_runs
 
 PENDULUM = Path(__file__).parents[2] / "runtime" / "pendulum"
 

@@ -1,9 +1,12 @@
 # SPDX-License-Identifier: Apache-2.0
 """Eigenvalues of two versions: each differs beyond its own error."""
 
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
+from mehvar.comparison.sides import Side
 from mehvar.comparison.spectra import moved
 
 TURN = np.linalg.qr(np.random.default_rng(1).normal(size=(5, 5)))[0]
@@ -37,3 +40,16 @@ def test_a_rounded_zero_is_zero() -> None:
     ((one, other),) = moved(old, new)
     assert one == 0
     assert other == pytest.approx(0.5)
+
+
+def test_a_place_far_away_where_forces_vanish_is_no_equilibrium() -> None:
+    """Newton's steps move away from a planet by half of the distance each."""
+
+    class Falling(Side):
+        """A point above a planet."""
+
+        rates = staticmethod(lambda x: -1e9 / x**2)
+        slope = staticmethod(lambda x: np.diag(2e9 / x**3))
+        project = staticmethod(lambda x: x)
+
+    assert Falling(SimpleNamespace(state=lambda: [10.0]), {}).rest() == 10.0

@@ -8,9 +8,8 @@ import pytest
 
 from mehvar.base.errors import InputError
 from mehvar.codegen.watch import OURS
-from mehvar.comparison.sources import _refuse_files_of_today
-
-SIGN = ("-p.k * x - p.d * v", "-p.k * x + p.d * v")
+from mehvar.comparison.versions.sources import _refuse_files_of_today
+from tests.mehvar.comparison.projects import SIGN
 
 
 def test_a_revision_whose_sources_alone_were_committed_is_derived_anew(project):

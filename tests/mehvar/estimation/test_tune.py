@@ -89,6 +89,7 @@ def test_a_cost_without_a_minimum_is_refused() -> None:
     [
         ([], COST, "free"),
         (["k_psi"], COST, "k_psi"),
+        (["k_phi", "k_phi"], COST, "free: k_phi is given twice"),
         (["k_phi"], "final(psi)", "psi"),
         (["k_phi"], "final(theta) < 1", "cost"),
         (["k_phi"], "T_length * 1e999", "cost"),

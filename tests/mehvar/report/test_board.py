@@ -21,8 +21,9 @@ def test_every_law_of_a_model_is_shown_with_how_much_of_it_was_run(short):
     assert [law.law for law in boards.laws] == list(load("satellite").manifest.controllers)
     assert boards.same
     for law in boards.laws:
-        assert law.extent == "40 samples of 0.5 s, 19.5 of the 800 s of scenario paper"
-        assert ("states of the plant", "0 ulp of 400", "exact") in law.rows
+        text, _, table = law.blocks
+        assert "40 samples of 0.5 s, 19.5 of the 800 s of scenario paper" in text.text
+        assert ("states of the plant", "0 ulp of 400", "exact") in table.rows
 
 
 def test_a_law_that_ends_early_or_that_differs_is_said(short, monkeypatch):

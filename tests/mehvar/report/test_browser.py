@@ -65,7 +65,7 @@ def test_the_picture_shows_the_geometry_and_moves(browser, page):
     before = browser.execute_script(f"return {pixels}")
     browser.execute_script("Report.players.flywheel.go(0.5)")
     assert browser.execute_script(f"return {pixels}") != before
-    shapes = browser.execute_script("return Report.players.flywheel.data.constants.shapes")
+    shapes = browser.execute_script("return Report.players.flywheel.data.shapes")
     assert [shape["kind"] for shape in shapes] == ["ball", "rod", "ball", "arrow"]
     assert browser.get_log("browser") == []
 

@@ -33,7 +33,7 @@ def test_a_wrong_caption_is_told_with_its_file_and_field(tmp_path, old, new, mes
     assert old in text
     captions.write_text(text.replace(old, new, 1), encoding="utf-8")
     with pytest.raises(InputError, match=message):
-        read_reproduction(folder, draw=dict.fromkeys(range(1, 12)), checks=CHECKS, scene=None, picture=None)
+        read_reproduction(folder, draw=dict.fromkeys(range(1, 12)), checks=CHECKS, picture=None)
 
 
 def test_claims_without_checks_and_numbers_without_a_name_are_told(tmp_path):
@@ -41,7 +41,7 @@ def test_claims_without_checks_and_numbers_without_a_name_are_told(tmp_path):
     with pytest.raises(
         InputError, match=r"claims.toml: claims \['1', .* do not match the functions of the code, \['1'\]"
     ):
-        read_reproduction(folder, draw=dict.fromkeys(range(1, 12)), checks={"1": None}, scene=None, picture=None)
+        read_reproduction(folder, draw=dict.fromkeys(range(1, 12)), checks={"1": None}, picture=None)
     with pytest.raises(InputError, match=r"claim 2 \(claims.toml\) lacks the expected number 'time'"):
         ClaimText("2", "text").number_of("time")
 
@@ -49,7 +49,7 @@ def test_claims_without_checks_and_numbers_without_a_name_are_told(tmp_path):
 def test_every_paper_has_its_files_and_nothing_else_of_data():
     for name in REPRODUCED:
         folder = DATA.parent / name
-        assert {"captions.toml", "claims.toml", "study.toml", "scene.js"} <= {path.name for path in folder.iterdir()}
+        assert {"captions.toml", "claims.toml", "study.toml"} <= {path.name for path in folder.iterdir()}
         assert read_data(folder / "captions.toml", Captions).readings
         assert read_data(folder / "study.toml", Study).runs > 500
 

@@ -4,7 +4,7 @@ import builtins
 import pytest
 
 from mehvar.base.errors import MissingError
-from mehvar.report import content
+from mehvar.report.papers import content
 from mehvar.reproduction.claims import ClaimText, ReadingText, below, decide
 from mehvar.reproduction.paper import PaperFigure
 from mehvar.reproduction.runs import Runs

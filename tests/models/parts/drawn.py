@@ -13,6 +13,8 @@ from mehvar.models.parts.values import Kind, kinds
 from mehvar.models.quantities import ModelError
 from mehvar.physics.balances import Balances
 
+from .table import craft_of
+
 ROUNDING = 1e-12
 """Difference of two solutions of the same equations over the largest acceleration. The condition of the random crafts'
 mass matrices is up to 9e4, 900 in the mean; times a rounding of double that is 1e-11 and 1e-13. The largest error of 50
@@ -129,7 +131,4 @@ def craft(seed: int, count: int = 0) -> tuple[list[of.Part], str, of.Orbit | Non
 
 def balances(parts: list[of.Part], motion: str, around: of.Orbit | None) -> Balances:
     """Return the functions of a craft."""
-    whole = of.Spacecraft("craft", motion=motion, orbit=around)
-    for each in parts:
-        whole.add(each)
-    return Balances(whole.system())
+    return Balances(craft_of(*parts, motion=motion, orbit=around).system())

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from typing import Any
 
 from mehvar.models.check import check
 from mehvar.parts import (
@@ -96,9 +97,9 @@ LOSSY = ("wheel", "unbalanced wheel", "gyro of variable speed", "modes", "bob", 
 """Parts with dampers."""
 
 
-def craft_of(parts: Sequence[Part], **options: str) -> Spacecraft:
+def craft_of(*parts: Part, name: str = "craft", **options: Any) -> Spacecraft:
     """Assemble a craft."""
-    craft = Spacecraft("craft", **options)
+    craft = Spacecraft(name, **options)
     for part in parts:
         craft.add(part)
     return craft
@@ -106,7 +107,7 @@ def craft_of(parts: Sequence[Part], **options: str) -> Spacecraft:
 
 def assembled(parts: Sequence[Part], checked: bool = True, **options: str) -> Balances:
     """Assemble a craft, check its system unless its parts are in another craft, and return its functions."""
-    system = craft_of(parts, **options).system()
+    system = craft_of(*parts, **options).system()
     if checked:
         check(system)
     return Balances(system)

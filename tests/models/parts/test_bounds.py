@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """Bounds of fields whose numbers are shared or expressions, and rotors that are bodies."""
 
+import functools
 import re
 
 import pytest
@@ -23,7 +24,6 @@ from mehvar.models.parts import (
     PointMass,
     Rod,
     Slider,
-    Spacecraft,
     SprungMass,
     Tether,
     Thruster,
@@ -33,18 +33,15 @@ from mehvar.models.parts import (
 )
 from mehvar.models.quantities import ModelError
 
+from . import table
+
 X = (1, 0, 0)
 BALL = (0.1, 0.1, 0.1)
 ROTOR = {"axis": X, "mass": 1.0, "static": 1e-3}
 GIMBAL = {"gimbal": X, "spin": (0, 1, 0)}
 
 
-def craft_of(*parts):
-    craft = Spacecraft("craft")
-    craft.add(Hub("hub", mass=4.0, inertia=BALL))
-    for part in parts:
-        craft.add(part)
-    return craft
+craft_of = functools.partial(table.craft_of, Hub("hub", mass=4.0, inertia=BALL))
 
 
 FIELDS = [
@@ -179,10 +176,7 @@ def test_a_rotor_is_a_body_at_later_values_too():
 )
 def test_a_direction_is_one_at_later_values_too(part, changes, words):
     """With a component of 1e200 an axis had the length zero, and nothing turned."""
-    craft = Spacecraft("craft", orbit=Orbit()) if isinstance(part, Drag) else Spacecraft("craft")
-    craft.add(Hub("hub", mass=4.0, inertia=BALL))
-    craft.add(part)
-    system = craft.system()
+    system = craft_of(part, orbit=Orbit() if isinstance(part, Drag) else None).system()
     check(system)
     values = {q.symbol: q.default for q in system.parameters}
     assert all(float(c.margin.subs(values)) > 0 for c in system.constraints)

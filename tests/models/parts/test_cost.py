@@ -7,17 +7,14 @@ import pytest
 
 from mehvar.codegen.code.files import PrintedFunction, printed_functions
 from mehvar.codegen.functions.graphs import generate_functions
-from mehvar.models.parts import Bob, Hinge, Hub, Mode, Modes, Part, Spacecraft, SprungMass, Tank, Wheel
+from mehvar.models.parts import Bob, Hinge, Hub, Mode, Modes, Part, SprungMass, Tank, Wheel
 
-from .table import FULL, MODES
+from .table import FULL, HUB, MODES, craft_of
 
 
 def rhs(*parts: Part) -> PrintedFunction:
-    craft = Spacecraft("craft")
-    craft.add(Hub("hub", mass=100.0, inertia=FULL, centre=(0.01, 0, 0.1)))
-    for part in parts:
-        craft.add(part)
-    functions = [f for f in generate_functions(craft.system()) if f.name == "rhs"]
+    hub = Hub("hub", mass=100.0, inertia=FULL, centre=(0.01, 0, 0.1))
+    functions = [f for f in generate_functions(craft_of(hub, *parts).system()) if f.name == "rhs"]
     return next(f for f in printed_functions(functions) if f.name == "rhs_prepared")
 
 
@@ -63,10 +60,7 @@ def test_constraints_of_modes_are_linear_in_their_number():
     """Expanded determinants grew with the cube, and eight appendages took 14 s."""
 
     def operations(count):
-        craft = Spacecraft("craft")
-        craft.add(Hub("hub", mass=100.0, inertia=FULL))
-        for k in range(count):
-            craft.add(Modes(f"a{k}", modes=MODE))
+        craft = craft_of(HUB, *(Modes(f"a{k}", modes=MODE) for k in range(count)))
         return sum(c.margin.count_ops() for c in craft.system().constraints)
 
     two, three, four = map(operations, (2, 3, 4))

@@ -13,7 +13,8 @@ import sympy as sp
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.models.parts import Aggregates, Coordinate, Hub, Number, Part, Particle, UnbalancedWheel, Value, scalar
 from mehvar.models.quantities import ModelError, Quantity
-from mehvar.parts import Spacecraft
+
+from .table import HUB, craft_of
 
 ROUNDING = 1e-12
 """Over the largest rate: some hundred operations."""
@@ -54,10 +55,8 @@ class Bead(Part):
 
 
 def rates(bead: Bead, motion: str, x: np.ndarray) -> np.ndarray:
-    craft = Spacecraft("beads", motion=motion)
-    craft.add(Hub("hub", 2.0, ((1.0, 0.1, 0.0), (0.1, 1.5, 0.0), (0.0, 0.0, 2.0)), (0.1, 0.2, 0.3)))
-    craft.add(bead)
-    system = craft.system()
+    hub = Hub("hub", 2.0, ((1.0, 0.1, 0.0), (0.1, 1.5, 0.0), (0.0, 0.0, 2.0)), (0.1, 0.2, 0.3))
+    system = craft_of(hub, bead, motion=motion).system()
     graph = next(f.graph for f in generate_functions(system) if f.name == "rhs")
     p = [float(q.default) for q in system.parameters]
     return graph(x[: graph.size1_in(0)], np.zeros(graph.size1_in(1)), p).full().ravel()
@@ -79,11 +78,8 @@ def test_a_particle_with_a_wrong_speed_breaks_the_laws_of_mechanics():
             own = super().particle(at)
             return replace(own, squared=own.squared * 2)
 
-    craft = Spacecraft("wrong")
-    craft.add(Hub("hub", 2.0, (1.0, 1.5, 2.0)))
-    craft.add(Wrong("bead", short=True))
     with pytest.raises(ModelError, match="energy"):
-        craft.check()
+        craft_of(HUB, Wrong("bead", short=True)).check()
 
 
 def test_a_coordinate_that_moves_no_mass_is_refused():
@@ -92,11 +88,8 @@ def test_a_coordinate_that_moves_no_mass_is_refused():
         def particle(self, at):
             return Particle(at.values.mass, sp.Matrix([self.coordinates()[0].place.symbol, 0, 0]))
 
-    craft = Spacecraft("idle")
-    craft.add(Hub("hub", 2.0, (1.0, 1.5, 2.0)))
-    craft.add(Idle("bead", own=None))
     with pytest.raises(ModelError, match="no mass and no inertia moves with bead_b_dot"):
-        craft.system()
+        craft_of(HUB, Idle("bead", own=None)).system()
 
 
 @pytest.mark.parametrize("axis", [np.array([3, 1, 2]), np.float32([3, 1, 2]), [Value(3, source="drawing"), 1, 2]])
@@ -104,10 +97,8 @@ def test_an_imbalance_points_in_the_same_direction_for_every_kind_of_number(axis
     """By default away from the wheel's axis, hence towards y."""
 
     def equations(axis):
-        craft = Spacecraft("unbalanced", motion="attitude")
-        craft.add(Hub("hub", 10.0, (1.0, 1.0, 1.0)))
-        craft.add(UnbalancedWheel("wheel", axis=axis, inertia=0.1, mass=1.0, across=0.1, static=1e-3))
-        return craft.system()
+        wheel = UnbalancedWheel("wheel", axis=axis, inertia=0.1, mass=1.0, across=0.1, static=1e-3)
+        return craft_of(HUB, wheel, motion="attitude").system()
 
     system, other = equations((3, 1, 2)), equations(axis)
     assert (system.rhs, system.definitions) == (other.rhs, other.definitions)

@@ -10,18 +10,17 @@ import pytest
 import mehvar
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.models.check import check
-from mehvar.models.parts import Engine, Gyro, Hub, Pendulum, Spacecraft, Tank, Thruster, Torquer, Wheel
+from mehvar.models.parts import Engine, Gyro, Hub, Pendulum, Tank, Thruster, Torquer, Wheel
 
-from .table import FUEL, PARTS, assembled
+from .table import FUEL, PARTS, assembled, craft_of
+
+HUB = Hub("hub", mass=10.0, inertia=(1.0, 2.0, 2.5))
 
 
 @pytest.fixture(scope="module")
 def actuate():
-    craft = Spacecraft("craft")
-    craft.add(Hub("hub", mass=10.0, inertia=(1.0, 2.0, 3.0)))
-    craft.add(Wheel("wheel", axis=(0, 0, 1), inertia=0.1, torque_limit=0.5, speed_limit=100.0))
-    craft.add(Thruster("jet", direction=(1, 0, 0), at=(0, 1, 0), limit=2.0, least=0.01))
-    system = craft.system()
+    wheel = Wheel("wheel", axis=(0, 0, 1), inertia=0.1, torque_limit=0.5, speed_limit=100.0)
+    system = craft_of(HUB, wheel, Thruster("jet", direction=(1, 0, 0), at=(0, 1, 0), limit=2.0, least=0.01)).system()
     check(system)
     graph: ca.Function = next(g.graph for g in generate_functions(system) if g.name == "actuate")
     names, p = [q.name for q in system.states], [float(q.default) for q in system.parameters]
@@ -52,10 +51,7 @@ def test_what_acts_is_within_the_limits(actuate, commanded, speed, acts):
 
 def test_gimbals_follow_with_their_lag_and_within_their_limits():
     engine = Engine("e", (1, 0, 0), (0, 1, 0), lag=0.1, at=(-1, 0, 0), limit=5.0, angle_limit=0.3, rate_limit=0.2)
-    craft = Spacecraft("craft")
-    craft.add(Hub("hub", mass=10.0, inertia=(1.0, 2.0, 3.0)))
-    craft.add(engine)
-    model = mehvar.build(craft)
+    model = mehvar.build(craft_of(HUB, engine))
     run = mehvar.simulate(model, lambda t, x: [9.0, 1.0, -0.015], period=0.1, t_end=4.0, dt_out=0.5)
     assert run["u_e_force"][1] == 5.0
     np.testing.assert_allclose(run["e_angle2"], -0.015 * (1 - np.exp(-10 * run.t)), atol=1e-7)  # never too fast
@@ -65,7 +61,7 @@ def test_gimbals_follow_with_their_lag_and_within_their_limits():
 
 def test_the_force_of_an_engine_turns_with_its_gimbals():
     engine = Engine("e", (1, 0, 0), (0, 1, 0), lag=0.1, at=(-1, 0, 0))
-    balances = assembled([Hub("hub", mass=10.0, inertia=(1.0, 2.0, 2.5)), engine, Torquer("turn")])
+    balances = assembled([HUB, engine, Torquer("turn")])
     x = dict.fromkeys(balances.x_names, 0.0) | {"q0": 1.0, "e_angle1": 0.3, "e_angle2": 0.2}
     rates = balances.rates(x, dict.fromkeys(balances.u_names, 0.0) | {"e_force": 20.0})
     force = 20.0 * np.array([np.cos(0.3) * np.cos(0.2), np.sin(0.2), -np.sin(0.3) * np.cos(0.2)])
@@ -76,21 +72,15 @@ def test_the_force_of_an_engine_turns_with_its_gimbals():
 @pytest.mark.parametrize("name", PARTS)
 @pytest.mark.share(8)
 def test_a_mass_that_is_a_state_has_a_limit(name):
-    craft = Spacecraft("craft")
-    craft.add(Hub("hub", mass=10.0, inertia=(1.0, 2.0, 2.5)))
-    craft.add(PARTS[name])
-    system = craft.system()
+    system = craft_of(HUB, PARTS[name]).system()
     limited = {symbol for limit in system.limits for symbol in limit.margin.free_symbols}
     assert {q.symbol for q in system.states if q.unit == "kg"} <= limited
 
 
 @pytest.fixture(scope="module")
 def burning():
-    craft = Spacecraft("burning")
-    craft.add(Hub("hub", mass=50.0, inertia=(12.0, 14.0, 10.0)))
-    craft.add(Tank("tank", **FUEL | {"mass": 5.0}, share=0.6, length=0.3))
-    craft.add(Tank("spare", **FUEL | {"mass": 5.0}, reserve=1.0))
-    return mehvar.build(craft)
+    fuel = FUEL | {"mass": 5.0}
+    return mehvar.build(craft_of(HUB, Tank("tank", **fuel, share=0.6, length=0.3), Tank("spare", **fuel, reserve=1.0)))
 
 
 def test_a_run_ends_where_the_fuel_is_used_up(burning):
@@ -131,9 +121,7 @@ def test_a_reserve_ends_the_thrust_and_not_the_run(burning):
 )
 @pytest.mark.share(4)
 def test_a_run_ends_where_its_attitude_is_singular(attitude, turn, why):
-    craft = Spacecraft(f"tumbling_{attitude}", attitude=attitude, motion="attitude")
-    craft.add(Hub("hub", mass=10.0, inertia=(1.0, 2.0, 2.5)))
-    model = mehvar.build(craft)
+    model = mehvar.build(craft_of(HUB, attitude=attitude, motion="attitude"))
     run = mehvar.simulate(model, None, inputs={}, wy_0=0.5, t_end=60.0)
     assert why in run.attrs["reason"]
     assert float(run.attrs["reason"].split("t = ")[1].split()[0]) == pytest.approx(turn / 0.5, rel=1e-3)
@@ -143,10 +131,7 @@ def test_a_run_ends_where_its_attitude_is_singular(attitude, turn, why):
 
 def test_a_craft_without_inputs_has_derivatives_and_a_linear_system():
     """Its law `watch` commands nothing; a Jacobian with respect to inputs has rows and no columns."""
-    craft = Spacecraft("idle", period=0.1)
-    craft.add(Hub("hub", mass=40.0, inertia=(2.0, 3.0, 2.5)))
-    craft.add(Gyro("gyro"))
-    model = mehvar.build(craft)
+    model = mehvar.build(craft_of(HUB, Gyro("gyro")))
     x, p = model.state(q0=1.0, wx=0.2), model.parameters()
     assert model.jac_u([x, x], [], p).shape == (2, 10, 0)
     loop = model.linearize(x, None, p, controller="watch")
@@ -157,15 +142,13 @@ def test_a_craft_without_inputs_has_derivatives_and_a_linear_system():
 
 def test_limits_act_once_a_period_whatever_the_step_of_the_result() -> None:
     """A wheel under a constant command stops at its limit, also where results are far apart and in a batch."""
-    craft = Spacecraft("craft", period=0.1)
-    craft.add(Hub("hub", mass=4.0, inertia=(0.1, 0.12, 0.08)))
-    craft.add(Wheel("wheel", axis=(0, 0, 1), inertia=1e-3, speed_limit=20.0))
-    model, push = mehvar.build(craft), {"wheel_torque": 0.02}
+    model = mehvar.build(craft_of(HUB, Wheel("wheel", axis=(0, 0, 1), inertia=1e-3, speed_limit=20.0)))
+    push = {"wheel_torque": 0.02}
     fine, coarse = (mehvar.simulate(model, None, inputs=push, t_end=5.0, dt_out=dt) for dt in (0.1, 2.5))
     assert float(fine["wheel_speed"][-1]) < 22
     assert float(coarse["wheel_speed"][-1]) == float(fine["wheel_speed"][-1])
     runs = mehvar.batch(
-        model, inputs={"wheel_torque": 0.02}, t_end=5.0, dt_out=2.5, n=2, vary={"hub_Jxx": "uniform(0.1, 0.11)"}
+        model, inputs={"wheel_torque": 0.02}, t_end=5.0, dt_out=2.5, n=2, vary={"hub_Jxx": "uniform(1.0, 1.1)"}
     )
     assert float(runs["maximum"].sel(variable="wheel_speed").max()) < 22
     words = "dt_out = 3.14159 .*must be a multiple of a part of the actuators' period of 0.1 s"
@@ -174,10 +157,8 @@ def test_limits_act_once_a_period_whatever_the_step_of_the_result() -> None:
 
 
 def test_a_pendulum_by_two_angles_ends_a_run_at_its_singularity():
-    craft = Spacecraft("craft")
-    craft.add(Hub("hub", mass=5.0, inertia=(1.0, 1.0, 1.0)))
-    part = craft.add(Pendulum("p", mass=1.0, length=0.5, axis=(1, 0, 0), rest=(0, 0, 1), angles=2))
-    (limit,) = craft.system().limits
+    part = Pendulum("p", mass=1.0, length=0.5, axis=(1, 0, 0), rest=(0, 0, 1), angles=2)
+    (limit,) = craft_of(HUB, part).system().limits
     angle = part.coordinates()[1].place.symbol
     assert "p_angle2 is 90 or -90 degrees" in limit.message
     assert [float(limit.margin.subs(angle, at)) > 0 for at in (1.5, -1.5, math.pi / 2, -math.pi / 2)] == [

@@ -14,11 +14,12 @@ from mehvar.parts import (
     Hub,
     Link,
     PointMass,
-    Spacecraft,
     Thruster,
     Torquer,
     Wheel,
 )
+
+from .table import craft_of
 
 
 def places(craft, **values):
@@ -26,10 +27,11 @@ def places(craft, **values):
     return {shape.name: np.array(shape.points, dtype=float) for shape in craft.shapes(**values)}
 
 
-def craft(motion="attitude"):
-    built = Spacecraft("craft", motion=motion)
-    built.add(Hub("hub", mass=12.0, inertia=(2.0, 2.0, 2.0), centre=(0, 0, 0.1)))
-    return built
+PANEL = Hinge("panel", mass=8.0, inertia=(1.0, 0.1, 1.0), axis=(0, 0, 1), at=(0, 0.5, 0), centre=(0, 0.9, 0))
+
+
+def craft(*parts, motion="free"):
+    return craft_of(Hub("hub", mass=12.0, inertia=(2.0, 2.0, 2.0), centre=(0, 0, 0.1)), *parts, motion=motion)
 
 
 def test_a_hub_is_the_box_of_its_mass_and_moments():
@@ -39,10 +41,8 @@ def test_a_hub_is_the_box_of_its_mass_and_moments():
 
 
 def test_parts_are_where_their_mass_is_and_turn_with_the_hub():
-    built = craft("free")
-    built.add(Bob("tank", mass=2.0, length=0.25, at=(0, 0, -0.3), rest=(0, 0, -1)))
-    built.add(Hinge("panel", mass=8.0, inertia=(1.0, 0.1, 1.0), axis=(0, 0, 1), at=(0, 0.5, 0), centre=(0, 0.9, 0)))
-    built.add(PointMass("lump", mass=1.0, at=(1, 2, 3)))
+    tank = Bob("tank", mass=2.0, length=0.25, at=(0, 0, -0.3), rest=(0, 0, -1))
+    built = craft(tank, PANEL, PointMass("lump", mass=1.0, at=(1, 2, 3)))
     at = places(built, q0=np.sqrt(0.5), q1=0, q2=0, q3=np.sqrt(0.5), panel_angle=np.pi / 2)
     assert np.allclose(at["tank mount"], [(0, 0, -0.3), (0, 0, -0.55)])
     assert np.allclose(at["panel mount"], [(-0.5, 0, 0), (-0.5, -0.9, 0)])  # a quarter by the hub, another by the hinge
@@ -50,10 +50,8 @@ def test_parts_are_where_their_mass_is_and_turn_with_the_hub():
 
 
 def test_wheels_show_their_axes_and_thrusters_their_jets():
-    built = craft("free")
-    built.add(Wheel("wheel", axis=(0, 3, 0), inertia=0.02))
-    built.add(Thruster("jet", direction=(1, 0, 0), at=(-0.5, 0, 0), limit=4.0))
-    at = places(built, jet_force=2.0)
+    jet = Thruster("jet", direction=(1, 0, 0), at=(-0.5, 0, 0), limit=4.0)
+    at = places(craft(Wheel("wheel", axis=(0, 3, 0), inertia=0.02), jet), jet_force=2.0)
     tail, head = at["wheel"]
     assert np.allclose(tail, 0)
     assert np.allclose(head / np.linalg.norm(head), (0, 1, 0))
@@ -61,9 +59,7 @@ def test_wheels_show_their_axes_and_thrusters_their_jets():
 
 
 def test_torques_are_arrows_and_a_ball_shows_how_fast_a_wheel_turns():
-    built = craft("free")
-    built.add(Wheel("wheel", axis=(0, 3, 0), inertia=0.02, torque_limit=0.1, speed_limit=50.0))
-    built.add(Torquer("T"))
+    built = craft(Wheel("wheel", axis=(0, 3, 0), inertia=0.02, torque_limit=0.1, speed_limit=50.0), Torquer("T"))
     at = places(built, wheel_torque=-0.05, wheel_speed=25.0, Tx=0.008, Ty=0.0, Tz=0.006)
     tip = at["wheel"][1]
     assert np.allclose(at["wheel torque"], [tip, 0.75 * tip])
@@ -75,7 +71,7 @@ def test_torques_are_arrows_and_a_ball_shows_how_fast_a_wheel_turns():
 
 
 def test_thrusters_engines_gyros_and_chains_are_drawn_where_they_are():
-    built = craft("free")
+    built = craft()
     built.add(Engine("engine", direction=(1, 0, 0), axis=(0, 1, 0), lag=0.1, at=(-0.6, 0, 0)))
     built.add(ControlMomentGyro("gyro", gimbal=(0, 0, 1), spin=(2, 0, 0), inertia=0.1, gimbal_inertia=0.1))
     link = {"mass": 2.0, "inertia": (0.1, 0.1, 0.1), "at": (1, 0, 0), "centre": (0.5, 0, 0)}
@@ -91,8 +87,7 @@ def test_thrusters_engines_gyros_and_chains_are_drawn_where_they_are():
 
 
 def test_a_model_draws_these_shapes():
-    built = craft("free")
-    built.add(Hinge("panel", mass=8.0, inertia=(1.0, 0.1, 1.0), axis=(0, 0, 1), at=(0, 0.5, 0), centre=(0, 0.9, 0)))
+    built = craft(PANEL)
     turned = {"q0": 0.8, "q3": 0.6, "panel_angle": 0.5, "panel_m": 3.0}
     model = mehvar.build(built, "python")
     p = model.parameters(panel_m=turned.pop("panel_m"))
@@ -103,14 +98,13 @@ def test_a_model_draws_these_shapes():
 
 @pytest.mark.parametrize("motion", ["attitude", "plane"])
 def test_a_part_whose_numbers_the_motion_does_not_need_is_drawn(motion):
-    built = craft(motion)
-    built.add(Torquer("torque") if motion == "attitude" else Wheel("wheel", axis=(0, 0, 1), inertia=0.02))
+    part = Torquer("torque") if motion == "attitude" else Wheel("wheel", axis=(0, 0, 1), inertia=0.02)
+    built = craft(part, motion=motion)
     assert "hub" in [shape.name for shape in built.system().geometry]
 
 
 def test_a_state_without_values_has_the_identity_attitude_and_a_unit_direction():
-    made = craft()
-    made.add(Bob("tank", mass=2.0, length=0.25, rest=(0, 0, -1)))
+    made = craft(Bob("tank", mass=2.0, length=0.25, rest=(0, 0, -1)))
     x = mehvar.build(made).state(wx=0.1)
     assert (x.q0, x.q1, x.tank_ez, x.wx) == (1.0, 0.0, -1.0, 0.1)
     assert mehvar.build(made).state(q1=1.0).q0 == 0.0

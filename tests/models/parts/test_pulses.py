@@ -8,8 +8,10 @@ import pytest
 
 import mehvar
 from mehvar.base.errors import MehvarError
-from mehvar.parts import Gyro, Hub, Magnetorquer, Orbit, Spacecraft, StarTracker, Thruster
+from mehvar.parts import Gyro, Hub, Magnetorquer, Orbit, StarTracker, Thruster
 from mehvar.runtime.board.run import BoardRequest, run_on_board
+
+from .table import craft_of
 
 TS, FORCE, MASS = 0.5, 2.0, 10.0
 HUB = Hub("hub", mass=MASS, inertia=(1.0, 2.0, 3.0))
@@ -17,9 +19,7 @@ HUB = Hub("hub", mass=MASS, inertia=(1.0, 2.0, 3.0))
 
 @pytest.fixture(scope="module")
 def model():
-    craft = Spacecraft("pulser", motion="plane", period=TS)
-    craft.add(HUB)
-    craft.add(Thruster("jet", direction=(1, 0, 0), limit=FORCE, pulsed=True))
+    craft = craft_of(HUB, Thruster("jet", direction=(1, 0, 0), limit=FORCE, pulsed=True), motion="plane", period=TS)
     craft.law("push", lambda law: {"jet": law.parameter("mean", 0.7, "N")})
     return mehvar.build(craft)
 
@@ -53,10 +53,8 @@ def test_a_law_with_another_period_ends_the_run(model):
 
 def test_a_coil_is_off_while_the_field_is_measured():
     """The rate changes by the duty times the torque, which a field along z gives a dipole along x."""
-    orbit = Orbit(size=7e6, tilt=0.0, spin=0.0)
-    craft = Spacecraft("coils", period=0.5, orbit=orbit)
-    craft.add(HUB)
-    craft.add(Magnetorquer("coil", axis=(1, 0, 0), limit=1.0, duty=0.75))
+    orbit, coil = Orbit(size=7e6, tilt=0.0, spin=0.0), Magnetorquer("coil", axis=(1, 0, 0), limit=1.0, duty=0.75)
+    craft = craft_of(HUB, coil, period=TS, orbit=orbit)
     craft.law("on", lambda law: {"coil": -law.parameter("dipole", 0.5, "A m^2")})
     run = mehvar.simulate(mehvar.build(craft), "on", t_end=1.0, dt_out=0.125, rtol=1e-12, atol=1e-14)
     field = 7.9e15 / 7e6**3  # over the equator, to the north
@@ -66,16 +64,13 @@ def test_a_coil_is_off_while_the_field_is_measured():
 
 def test_thrusters_that_pulse_share_a_torque_and_fly_on_a_board():
     """Twelve thrusters, whose states and inputs outnumber the parameters; sensors with delays and without noise."""
-    craft, jets = Spacecraft("twelve", period=0.2), []
-    craft.add(HUB)
+    craft, jets = craft_of(HUB, Gyro("gyro", delay=1), StarTracker("tracker", delay=1), period=0.2), []
     for axis in np.eye(3):
         for side in (1, -1):
             for way in (1, -1):
                 name, at = f"jet{len(jets)}", tuple(side * axis)
                 direction = tuple(way * np.roll(axis, 1))
                 jets.append(craft.add(Thruster(name, direction=direction, at=at, limit=0.5, pulsed=True)))
-    craft.add(Gyro("gyro", delay=1))
-    craft.add(StarTracker("tracker", delay=1))
 
     def feedback(law):
         kp, kd, (_, *q), w = law.parameter("kp", 0.5, "N m"), law.parameter("kd", 1.5, "N m s"), law.attitude, law.rates
@@ -106,7 +101,4 @@ def test_what_cannot_pulse_is_refused(make, words):
 
 
 def lonely(part):
-    craft = Spacecraft("craft", orbit=Orbit())
-    craft.add(HUB)
-    craft.add(part)
-    return craft.system()
+    return craft_of(HUB, part, orbit=Orbit()).system()

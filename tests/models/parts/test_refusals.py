@@ -57,7 +57,7 @@ from mehvar.models.parts import (
 )
 from mehvar.models.quantities import TIME, ModelError, Quantity
 
-from .table import PARTS
+from .table import PARTS, craft_of
 
 BALL = (1.0, 1.0, 1.0)
 HUB = Hub("hub", mass=1.0, inertia=BALL)
@@ -66,10 +66,7 @@ BODY, OTHER = (Tether(n, mass=1.0, inertia=BALL, start=(0, 0, 1), **LINE) for n 
 
 
 def assembled(*parts, **options):
-    craft = Spacecraft("craft", **options)
-    for part in parts:
-        craft.add(part)
-    return craft.system()
+    return craft_of(*parts, **options).system()
 
 
 def flexible(linear, angular=(0, 0, 0)):
@@ -343,17 +340,13 @@ def test_terms_that_are_numbers_of_python_are_terms():
 
 @pytest.mark.parametrize("name", PARTS)
 def test_no_shipped_part_ignores_a_field(name):
-    craft = Spacecraft("craft", period=0.1)
-    for part in (HUB, PARTS[name]):
-        craft.add(part)
-    ignored = []
+    craft, ignored = craft_of(HUB, PARTS[name]), []
     craft.numbers(lambda part, at: ignored.extend(part.ignored(at)) or [], [{}])
     assert set(ignored) <= {"lag", "rate_limit"}  # in the rates of an engine
 
 
 def test_a_shared_number_that_no_part_uses_is_refused():
-    craft = Spacecraft("craft")
-    craft.add(HUB)
+    craft = craft_of(HUB)
     craft.parameter("Js", 0.1, "kg m^2")
     with pytest.raises(ModelError, match="craft: parameter 'Js' is used by no part and no law; remove it or use it"):
         craft.system()
@@ -436,7 +429,7 @@ def test_a_part_is_copied():
 
 @pytest.mark.parametrize(
     ("base", "arguments", "method"),
-    [(Joint, (1.0, BALL, (1, 0, 0)), "_command"), (Instrument, (), "measured")],
+    [(Joint, (1.0, BALL, (1, 0, 0)), "_freedom"), (Instrument, (), "measured")],
 )
 def test_a_part_that_lacks_a_method_is_refused_when_it_is_made(base, arguments, method):
     class Own(base):
@@ -497,9 +490,7 @@ def test_numbers_of_numpy_are_numbers():
 
 def test_an_error_in_a_law_names_the_line_that_gives_it():
     """It named the file of mehvar that makes the law."""
-    craft = Spacecraft("survey", motion="attitude")
-    craft.add(Hub("hub", mass=4.0, inertia=(0.1, 0.12, 0.08)))
-    craft.add(Torquer("turn"))
+    craft = craft_of(HUB, Torquer("turn"), motion="attitude")
     craft.law("wrong", lambda law: {"turn": tuple(rate - 1 for rate in law.rates)})
     line = sys._getframe().f_lineno - 1
     with pytest.raises(ModelError, match=rf"test_refusals\.py:{line}: command of law 'wrong', row 1 of 3"):

@@ -4,7 +4,9 @@
 import pytest
 
 from mehvar.base.errors import MehvarError
-from mehvar.models.parts import Hub, Mode, Modes, Spacecraft, Wheel
+from mehvar.models.parts import Hub, Mode, Modes, Wheel
+
+from .table import craft_of
 
 HUB = """
 mass = { unit = "kg", default = 120.0, bounds = "(100, 150)", source = "paper: data sheet" }
@@ -26,10 +28,7 @@ def written(tmp_path, text):
 
 
 def parameters(*parts):
-    craft = Spacecraft("craft")
-    for part in parts:
-        craft.add(part)
-    return {q.name: q for q in craft.system().parameters}
+    return {q.name: q for q in craft_of(*parts).system().parameters}
 
 
 def test_a_table_gives_the_same_part(tmp_path):

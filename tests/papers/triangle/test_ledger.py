@@ -9,12 +9,12 @@ from collections.abc import Mapping
 import pytest
 import sympy as sp
 
-from mehvar.codegen.ledger.ledger import EntryVerdict, Ledger, check_entry
+from mehvar.codegen.ledger.ledger import EntryVerdict, Ledger
 from mehvar.models.paper import Names, Paper, Relation, printed
 from mehvar.models.quantities import ModelError
-from mehvar.models.system import Definition, System
+from mehvar.models.system import System
 from papers.triangle.ledger import NUMBERS, paper
-from tests.papers.ledgers import check_errata, equations, judged
+from tests.papers.ledgers import broken, check_ledger, checked, judged
 
 MISPRINTS: Mapping[str, str] = {
     "text after (9)": "sign of X_i.T*J*X_dot_i: printed +, correct -",
@@ -50,19 +50,14 @@ AMBIGUOUS = {"text before (28)", "(36)", "text before (41)", "section 4, k_phi",
 DEFINITIONS = {3, 4, 6, 7, 14, 25, 29, 31, 34, 37, 40, 45, 47}
 
 
-def test_every_number_is_there_once(ledger: Ledger) -> None:
-    assert equations(ledger) == list(range(1, NUMBERS + 1))
-
-
-def test_every_erratum_has_one_kind_and_a_cause(ledger: Ledger) -> None:
-    check_errata(ledger)
+def test_every_number_is_there_once_and_every_erratum_has_one_kind_and_a_cause(ledger: Ledger) -> None:
+    check_ledger(ledger, NUMBERS)
 
 
 def test_the_verdicts(ledger: Ledger) -> None:
     assert judged(ledger, EntryVerdict.DIFFERS) == set(MISPRINTS)
     assert judged(ledger, EntryVerdict.AMBIGUOUS) == AMBIGUOUS
     assert judged(ledger, EntryVerdict.DEFINITION) == {f"({k})" for k in DEFINITIONS}
-    assert not judged(ledger, EntryVerdict.UNDECIDED)
 
 
 def test_each_misprint_is_at_its_term(ledger: Ledger) -> None:
@@ -97,20 +92,7 @@ def test_the_counterexample_of_22(ledger: Ledger) -> None:
 
 def verdicts(system: System, *numbers: str) -> list[EntryVerdict]:
     """Judge a few entries of the paper against another system."""
-    written = paper(system)
-    chosen = {entry.number: entry for entry in written.entries}
-    return [check_entry(chosen[number], written.names).verdict for number in numbers]
-
-
-def broken(system: System, *names: str) -> System:
-    """Put a wrong factor into steps of the derivation."""
-    steps = tuple(
-        dataclasses.replace(step, expr=step.expr * sp.Rational(9, 10))
-        if isinstance(step, Definition) and step.symbol.name in names
-        else step
-        for step in system.steps
-    )
-    return dataclasses.replace(system, steps=steps)
+    return [entry.verdict for entry in checked(paper(system), *numbers).values()]
 
 
 @pytest.mark.soak
@@ -144,11 +126,9 @@ def test_wrong_steps_of_the_derivation_turn_the_verdicts(
 
 
 def test_a_correction_against_a_wrong_derivation_is_not_shown(system: System) -> None:
-    written = paper(broken(system, "rod_rate1"))
-    (entry,) = (entry for entry in written.entries if entry.number == "22")
-    judged = check_entry(entry, written.names)
-    assert judged.verdict is EntryVerdict.DIFFERS
-    assert judged.corrected_latex == ()
+    entry = checked(paper(broken(system, "rod_rate1")), "22")["22"]
+    assert entry.verdict is EntryVerdict.DIFFERS
+    assert entry.corrected_latex == ()
 
 
 def test_a_paper_refuses_what_is_missing_or_unknown() -> None:

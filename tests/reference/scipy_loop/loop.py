@@ -45,7 +45,7 @@ class _EndOfRun(Exception):  # noqa: N818 - an early end is a result, not an err
     """The run ends early."""
 
     def __init__(
-        self, status: Status, t: float, violated: int = 0, x: FloatArray | None = None, t_stiff: float = math.nan
+        self, status: Status, t: float, violated: int = -1, x: FloatArray | None = None, t_stiff: float = math.nan
     ) -> None:
         super().__init__(status.text)
         self.status, self.t, self.violated, self.x, self.t_stiff = status, t, violated, x, t_stiff
@@ -69,19 +69,19 @@ def run(problem: Problem, _: Callable[[], None]) -> Trajectory:
     t, x, u, u_cmd, y, z = (np.stack(column) for column in zip(*loop.rows, strict=True))
     x_stop = x[-1] if end.x is None else end.x
     return Trajectory(
-        t,
-        x,
-        u,
-        u_cmd,
-        y,
-        z,
-        end.status,
-        end.violated,
-        float(end.t),
-        x_stop,
-        loop.statistics,
+        t=t,
+        x=x,
+        u=u,
+        u_cmd=u_cmd,
+        y=y,
+        z=z,
+        status=end.status,
+        violated=end.violated,
+        t_stop=float(end.t),
+        x_stop=x_stop,
+        statistics=loop.statistics,
         t_stiff=end.t_stiff,
-        events=tuple(loop.happened),
+        crossings=tuple(loop.happened),
     )
 
 

@@ -51,10 +51,10 @@ def run_alone(
         series = np.concatenate([one.x, one.u, *command, one.y, one.z], axis=1)
         columns = dict(zip(kernel.variables, series.T, strict=True))
         block.final[i], block.status[i], block.t_stop[i] = one.x_stop, one.status, one.t_stop
-        block.violated[i] = one.violated if one.status is Status.LIMIT else -1
+        block.violated[i] = one.violated
         block.steps[i] = one.statistics["steps"]
         block.minimum[i], block.maximum[i] = series.min(axis=0), series.max(axis=0)
-        counts = Counter(problem.events[number].name for _, number in one.events)
+        counts = Counter(problem.events[number].name for _, number in one.crossings)
         block.events[i] = [counts[event.name] for event in problem.events]
         cut = math.inf if one.status is Status.DONE else one.t_stop
         block.metric_values[i] = [evaluate(m, one.t, columns, counts, cut) for m in manifest.metrics.values()]

@@ -67,6 +67,15 @@ def dispersed(name: str, law: str, n: int, spread: float = 0.02, seed: int = 1):
     return p, c, s, np.array(loaded.functions["initial"](p, s))
 
 
+def nominal(loaded: runtime.Model, law: str, n: int):
+    """Vectors of n nominal runs."""
+    manifest = loaded.manifest
+    controller, scenario = manifest.controller(law), manifest.scenario(None)
+    values = resolve(manifest, loaded.functions, controller, scenario, {}, "the test", ())
+    p, c, s = (np.tile(v, (n, 1)) for v in (values.p, values.c, values.s))
+    return p, c, s, np.array(loaded.functions["initial"](p, s))
+
+
 def equal(block: Block, expected: Block, names=EXACT) -> None:
     for name in names:
         np.testing.assert_array_equal(getattr(block, name), getattr(expected, name), err_msg=name)
@@ -92,13 +101,11 @@ def test_a_lane_is_the_run_alone(case):
 def test_the_pendulum_with_memory_and_a_moving_reference(pendulum):
     """A law with memory, a limit on the input, a reference that depends on time."""
     for law, hold in (("pd", None), ("pd", 0.05), ("p-sum", 0.05)):
-        resolved = runtime.simulate(pendulum, law, t_end=0.1, dt_out=0.1, hold=hold).parameters
-        vectors = [np.tile(v, (5, 1)) for v in (resolved.p, resolved.c, resolved.s)]
-        x0 = np.array(pendulum.functions["initial"](vectors[0], vectors[2]))
-        x0[:, 0] += np.linspace(-0.1, 0.1, 5)
+        vectors = nominal(pendulum, law, 5)
+        vectors[3][:, 0] += np.linspace(-0.1, 0.1, 5)
         kernel = compile_kernel(pendulum, law, options=RunOptions(hold=hold, rtol=1e-9, atol=1e-9))
-        block = kernel.run(0, *vectors, x0, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
-        equal(block, run_alone(pendulum, kernel, *vectors, x0, t_end=3.0, dt=0.1))
+        block = kernel.run(0, *vectors, seed=0, t_end=3.0, dt=0.1, save_every=0.1)
+        equal(block, run_alone(pendulum, kernel, *vectors, t_end=3.0, dt=0.1))
 
 
 @pytest.mark.parametrize("law", ["pd", "p-sum"])
@@ -119,13 +126,11 @@ def test_every_kind_of_metric_is_that_of_the_run_alone(law, pendulum, tmp_path):
     folder = shutil.copytree(pendulum.manifest.folder, tmp_path / "pendulum")
     write_manifest(folder, data)
     model, hold = runtime.load(folder, backend="c"), 0.05 if law == "p-sum" else None
-    resolved = runtime.simulate(model, law, t_end=0.1, dt_out=0.1, hold=hold).parameters
-    vectors = [np.tile(v, (5, 1)) for v in (resolved.p, resolved.c, resolved.s)]
-    x0 = np.array(model.functions["initial"](vectors[0], vectors[2]))
-    x0[:, 0] += np.linspace(-0.1, 0.1, 5)
+    vectors = nominal(model, law, 5)
+    vectors[3][:, 0] += np.linspace(-0.1, 0.1, 5)
     kernel = compile_kernel(model, law, options=RunOptions(hold=hold))
-    block = kernel.run(0, *vectors, x0, seed=0, t_end=3.0, dt=0.05)
-    expected = run_alone(model, kernel, *vectors, x0, t_end=3.0, dt=0.05)
+    block = kernel.run(0, *vectors, seed=0, t_end=3.0, dt=0.05)
+    expected = run_alone(model, kernel, *vectors, t_end=3.0, dt=0.05)
     np.testing.assert_allclose(block.metric_values, expected.metric_values, rtol=1e-12, atol=1e-13)
     assert np.mean([len({*column}) > 1 for column in expected.metric_values.T]) > 0.5  # else they say little
 
@@ -168,15 +173,12 @@ def test_lanes_that_fail_do_not_harm_their_neighbours():
 @pytest.mark.parametrize(("options", "dt"), [({}, 0.5), ({"hold": 0.1}, 0.1)])
 def test_a_lane_that_a_limit_ends_counts_its_end_and_no_other_does(pendulum: runtime.Model, options, dt):
     """Between two samples, in blocks in which other lanes go on or have ended."""
-    law, scenario = pendulum.manifest.controller("pd"), pendulum.manifest.scenario(None)
-    values = resolve(pendulum.manifest, pendulum.functions, law, scenario, {}, "the test", ())
-    vectors = [np.tile(v, (8, 1)) for v in (values.p, values.c, values.s)]
+    vectors = nominal(pendulum, "pd", 8)
     vectors[0][:, pendulum.parameter_names.index("rate_max")] = [0.2, 0.5, 1.0, 1.1, 1.2, 5.0, 6.0, 0.9]
-    start = np.array(pendulum.functions["initial"](vectors[0], vectors[2]))
     kernel = compile_kernel(pendulum, "pd", options=RunOptions(**options))
-    block = kernel.run(0, *vectors, start, seed=0, t_end=3.0, dt=dt, save_every=dt)
+    block = kernel.run(0, *vectors, seed=0, t_end=3.0, dt=dt, save_every=dt)
     assert sorted(set(block.status.tolist())) == [Status.DONE, Status.LIMIT]
-    equal(block, run_alone(pendulum, kernel, *vectors, start, t_end=3.0, dt=dt))
+    equal(block, run_alone(pendulum, kernel, *vectors, t_end=3.0, dt=dt))
     rate = pendulum.state_names.index("rate")
     ended = block.status == Status.LIMIT
     limits = vectors[0][ended, pendulum.parameter_names.index("rate_max")]
@@ -217,15 +219,9 @@ def test_refuses_what_it_cannot_do():
 
 
 def test_a_long_function_compiles_without_scheduling_and_keeps_its_bits(monkeypatch: pytest.MonkeyPatch) -> None:
-    model = runtime.load("triangle", "c")
-
     def final() -> tuple[set[str], np.ndarray]:
-        kernel = compile_kernel(model, "path", options=RunOptions(rtol=1e-8, atol=1e-8))
-        law, scenario = model.manifest.controller("path"), model.manifest.scenario(None)
-        values = resolve(model.manifest, model.functions, law, scenario, {}, "the test", ())
-        vectors = [np.tile(v, (3, 1)) for v in (values.p, values.c, values.s)]
-        start = np.array(model.functions["initial"](vectors[0], vectors[2]))
-        block = kernel.run(0, *vectors, start, seed=0, t_end=2.0, dt=0.1)
+        kernel = compile_kernel(model("triangle"), "path", options=RunOptions(rtol=1e-8, atol=1e-8))
+        block = kernel.run(0, *nominal(model("triangle"), "path", 3), seed=0, t_end=2.0, dt=0.1)
         return set(kernel_flags(kernel.loop, "portable", kernel.lanes)), block.final
 
     flags, short = final()

@@ -5,6 +5,7 @@ from __future__ import annotations
 
 import functools
 import os
+import subprocess
 import tempfile
 from collections.abc import Callable, Iterator
 from pathlib import Path
@@ -14,8 +15,10 @@ import pytest
 
 from mehvar import runtime
 from mehvar.runtime.board.image.build import Image, build, program
+from mehvar.runtime.board.image.elf import Elf, read_elf
 from mehvar.runtime.board.image.toolchains import board, toolchain
 from mehvar.runtime.board.line.link import Link
+from mehvar.runtime.board.session import BoardLaw
 from mehvar.runtime.board.targets import MachinePort
 
 
@@ -36,6 +39,27 @@ def load(model: str) -> runtime.Model:
 @functools.cache
 def image_of(model: str, law: str, tunable: tuple[str, ...] | None) -> Image:
     return build(program(load(model), law, tunable=tunable), board("stm32f4"), toolchain("gcc" if _gcc() else "zig"))
+
+
+_SCRIPT = """\
+ENTRY(Reset_Handler)
+SECTIONS {
+    . = 0x8000; .text : { KEEP(*(.text*)) } .rodata : { *(.rodata*) } .data : { *(.data*) } .bss : { *(.bss*) }
+    __stack_limit = .; __stack_top = . + 64; /DISCARD/ : { *(.ARM*) *(.comment) }
+}
+"""
+
+
+def linked(folder: Path, text: str, compiler: str) -> Elf:
+    """Return an image for a Cortex-M4F of one C file, without inlined functions and unrolled loops."""
+    (folder / "a.c").write_text(text)
+    (folder / "a.ld").write_text(_SCRIPT)
+    chosen = toolchain(compiler)
+    flags = (*chosen.flags(board("stm32f4")), "-O1", "-ffreestanding", "-fno-inline", "-fno-optimize-sibling-calls")
+    flags += ("-fno-unroll-loops", "-fno-vectorize") if compiler == "zig" else ()
+    command = [*chosen.command, *flags, "-nostdlib", "-T", "a.ld", "a.c", "-o", "a.elf"]
+    subprocess.run(command, cwd=folder, check=True)
+    return read_elf(folder / "a.elf")
 
 
 def closed_loop(
@@ -86,6 +110,16 @@ class Bench:
         applied = run.u[k - 1] if k else np.zeros(run.u.shape[1])
         return np.concatenate([run.x[k], r, applied]).astype(np.float32)
 
+    def started(self, port: object = None) -> Link:
+        """Return a connected link whose board is about to begin the closed loop."""
+        link = self.link(port)
+        self.start(link)
+        return link
+
+    def on_board(self, link: Link | None = None, **options: object) -> BoardLaw:
+        """Return the law on the board, with the parameters of the closed loop."""
+        return BoardLaw(link or self.link(), self.program, self.expected.parameters, **options)  # type: ignore[arg-type]
+
     def start(self, link: Link) -> None:
         """Set parameters and memory as the closed loop starts."""
         link.reset()
@@ -111,19 +145,33 @@ def bench() -> Bench:
     return Bench()
 
 
-class Noisy:
-    """A line that damages its data."""
+class Wrapped:
+    """A line around a board's line, which passes on everything."""
 
-    name = "noisy line"
+    name = "wrapped line"
 
-    def __init__(self, port: MachinePort, damage: Callable[[bytes], bytes], back: Callable[[bytes], bytes]) -> None:
-        self._port, self._damage, self._back = port, damage, back
+    def __init__(self, port: MachinePort) -> None:
+        self._port = port
 
     def write(self, data: bytes) -> None:
-        self._port.write(self._damage(data))
+        self._port.write(data)
 
     def read(self, timeout: float) -> bytes:
-        return self._back(self._port.read(timeout))
+        return self._port.read(timeout)
 
     def close(self) -> None:
         self._port.close()
+
+
+class Noisy(Wrapped):
+    """A line that damages its data."""
+
+    def __init__(self, port: MachinePort, damage: Callable[[bytes], bytes], back: Callable[[bytes], bytes]) -> None:
+        super().__init__(port)
+        self._damage, self._back = damage, back
+
+    def write(self, data: bytes) -> None:
+        super().write(self._damage(data))
+
+    def read(self, timeout: float) -> bytes:
+        return self._back(super().read(timeout))

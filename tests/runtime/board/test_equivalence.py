@@ -5,8 +5,10 @@ from __future__ import annotations
 
 import os
 import re
+import subprocess
 import tempfile
 import zlib
+from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -196,25 +198,23 @@ def test_a_tunable_parameter_can_be_set_and_a_constant_cannot():
     bench = Bench(tunable=("F0", "dead_zone"))
     expected = bench.simulate(real="float", parameters={"F0": 3.0, "dead_zone": 1e-4})
     assert expected.u_cmd.tobytes() != bench.expected.u_cmd.tobytes()
-    law = BoardLaw(bench.link(), expected.parameters, bench.program.layout)
+    law = BoardLaw(bench.link(), bench.program, expected.parameters)
     run = bench.simulate(law=law, parameters={"F0": 3.0, "dead_zone": 1e-4})
     assert run.u_cmd.tobytes() == expected.u_cmd.tobytes()
     other = bench.simulate(real="float", parameters={"forgetting": 0.99})
     bench.port.machine.advance(1100)  # until then the board waits for the host of the run before
     with pytest.raises(LinkError, match="compiled in has another value"):
-        bench.simulate(law=BoardLaw(bench.link(), other.parameters, bench.program.layout))
+        bench.simulate(law=BoardLaw(bench.link(), bench.program, other.parameters))
 
 
 def test_a_run_on_the_board_is_a_run_of_simulate(bench):
-    law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout)
-    run = bench.simulate(law=law)
+    run = bench.simulate(law=bench.on_board())
     assert bench.same(run)
     assert run.z[1:].astype(np.float32).tobytes() == bench.expected.z[1:].astype(np.float32).tobytes()
 
 
 def test_a_serial_port(tmp_path):
     """A pseudo-terminal, with the process behind it, stands for the cable."""
-    import subprocess
     import tty
 
     firmware = program(load("triangle"), "path")
@@ -237,7 +237,9 @@ def test_a_serial_port(tmp_path):
 def test_an_emulated_board_behind_a_serial_port(tmp_path):
     """QEMU makes a pseudo-terminal; the host opens it as it opens the cable of a board."""
     model, log = load("satellite"), tmp_path / "log"
-    _, process = targets._qemu(build_image(model, BoardRequest("mrac", "qemu")), "pty", log, ())
+    command = targets.qemu_command(build_image(model, BoardRequest("mrac", "qemu")), "pty")
+    with log.open("wb") as messages:
+        process = subprocess.Popen(command, stdin=subprocess.DEVNULL, stdout=messages, stderr=messages)
     try:
         while not (terminal := re.search(r"redirected to (/dev/\S+)", log.read_text())):
             assert process.poll() is None
@@ -252,11 +254,10 @@ def test_an_emulator_that_ends_at_once_leaves_nothing(tmp_path, monkeypatch):
     (tmp_path / "qemu-system-arm").write_text("#!/bin/sh\necho no such machine >&2\nexit 1\n")
     (tmp_path / "qemu-system-arm").chmod(0o755)
     monkeypatch.setenv("PATH", str(tmp_path), prepend=os.pathsep)
-    image = build_image(load("satellite"), BoardRequest("mrac", "qemu"))
     monkeypatch.setattr(tempfile, "tempdir", str(tmp_path))
-    with pytest.raises(LinkError, match="did not start: no such machine"):
-        targets.SocketPort(image)
-    assert not list(tmp_path.glob("mehvar-*"))
+    with pytest.raises(LinkError, match="qemu netduinoplus2 has ended: no such machine"):
+        run_on_board(load("satellite"), BoardRequest("mrac", "qemu", samples=3))
+    assert [path.name for path in tmp_path.iterdir()] == ["qemu-system-arm"]
 
 
 @pytest.mark.parametrize("text", ["exit 1", "exit 0"])
@@ -335,6 +336,11 @@ def test_a_port_that_is_pulled_out_is_a_link_error():
 
 def test_the_process_ends_with_its_line():
     port = ProcessPort(build(program(load("triangle"), "path"), None, host_toolchain()).path)
+    port._process.kill()
+    port._process.wait()
+    for use in (partial(port.read, 60.0), partial(port.write, b"\0")):
+        with pytest.raises(LinkError, match="has ended"):
+            use()
     port.close()
     assert port._process.returncode is not None
 

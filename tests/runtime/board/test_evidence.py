@@ -4,7 +4,6 @@
 from __future__ import annotations
 
 import re
-import subprocess
 from collections import Counter
 from functools import partial
 from pathlib import Path
@@ -22,7 +21,7 @@ from mehvar.runtime.board.image.instructions import UnboundedError, decoded, ins
 from mehvar.runtime.board.image.toolchains import board, toolchain
 from mehvar.runtime.board.stack import deepest
 from mehvar.runtime.model.generated import generated_text
-from tests.runtime.board.conftest import load
+from tests.runtime.board.conftest import linked, load
 from tests.tools import needs
 
 NEEDS_GCC = needs("arm-none-eabi-gcc")
@@ -188,19 +187,8 @@ def test_an_instruction_that_the_decoder_does_not_know_has_no_bound() -> None:
 @pytest.mark.parametrize("name", SOURCES)
 def test_loops_of_known_turns_are_bounded_and_others_are_not(tmp_path: Path, name: str, compiler: str) -> None:
     text, least, most = SOURCES[name]
-    (tmp_path / "a.c").write_text(
-        text + "\nvolatile int n[30]; void Reset_Handler(void) { start(n); for (;;) n[0]++; }\n"
-    )
-    script = "ENTRY(Reset_Handler) SECTIONS { . = 0x8000; .text : { KEEP(*(.text*)) } .rodata : { *(.rodata*) }"
-    script += " .data : { *(.data*) } .bss : { *(.bss*) } __stack_limit = .; __stack_top = . + 64;"
-    script += " /DISCARD/ : { *(.ARM*) *(.comment) } }"
-    (tmp_path / "a.ld").write_text(script)
-    chosen = toolchain(compiler)
-    flags = (*chosen.flags(board("stm32f4")), "-O1", "-ffreestanding", "-fno-inline", "-fno-optimize-sibling-calls")
-    flags += ("-fno-unroll-loops", "-fno-vectorize") if compiler == "zig" else ()
-    command = [*chosen.command, *flags, "-nostdlib", "-T", "a.ld", "a.c", "-o", "a.elf"]
-    subprocess.run(command, cwd=tmp_path, check=True)
-    flow = Flow(read_elf(tmp_path / "a.elf"))
+    text += "\nvolatile int n[30]; void Reset_Handler(void) { start(n); for (;;) n[0]++; }\n"
+    flow = Flow(linked(tmp_path, text, compiler))
     if least is None:
         with pytest.raises(UnboundedError):
             flow.worst("start")

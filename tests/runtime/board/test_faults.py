@@ -16,9 +16,8 @@ from mehvar.runtime.board.image.toolchains import board, host_toolchain, toolcha
 from mehvar.runtime.board.journal import Journal
 from mehvar.runtime.board.line.frames import Decoder, Frame, encode
 from mehvar.runtime.board.line.link import Flags, Link, LinkError, RestartError
-from mehvar.runtime.board.session import BoardLaw
 from mehvar.runtime.board.targets import MachinePort, ProcessPort
-from tests.runtime.board.conftest import Bench, Noisy, load
+from tests.runtime.board.conftest import Bench, Noisy, Wrapped, load
 
 RATE = 0.004
 
@@ -51,10 +50,8 @@ def garbage(rng):
 @pytest.mark.share(2)
 def test_a_bad_line_changes_nothing(bench, damage):
     rng = random.Random(7)
-    link = Link(Noisy(bench.port, damage(rng), damage(rng)), bench.program.layout, tries=200)
-    link.connect()
-    law = BoardLaw(link, bench.expected.parameters, bench.program.layout)
-    assert bench.same(bench.simulate(law=law))
+    link = bench.link(Noisy(bench.port, damage(rng), damage(rng)))
+    assert bench.same(bench.simulate(law=bench.on_board(link)))
     assert link.counters.resent + link.counters.damaged > 5
     stats = link.stats()
     assert stats["steps"] == bench.samples
@@ -62,39 +59,30 @@ def test_a_bad_line_changes_nothing(bench, damage):
 
 
 def test_a_long_burst_of_garbage_is_forgotten(bench):
-    link = bench.link()
-    bench.start(link)
+    link = bench.started()
     bench.port.write(random.Random(3).randbytes(1500))
     assert link.step(bench.numbers(0)).u.tobytes() == bench.expected.u_cmd[0].astype("<f4").tobytes()
 
 
 def test_half_a_frame_does_not_spoil_the_next(bench):
-    link = bench.link()
-    bench.start(link)
+    link = bench.started()
     bench.port.write(encode(Frame(3, 0, 1, 9, bench.numbers(0).tobytes()))[:40])
     assert link.step(bench.numbers(0)).flags == 0
     assert link.stats()["steps"] == 1
 
 
-class Rebooting:
+class Rebooting(Wrapped):
     """Reboots the board before some of the exchanges."""
 
-    name = "rebooting board"
-
     def __init__(self, port: MachinePort, every: int) -> None:
-        self._port, self._every, self.writes = port, every, 0
+        super().__init__(port)
+        self._every, self.writes = every, 0
 
     def write(self, data: bytes) -> None:
         self.writes += 1
         if self.writes % self._every == 0:
             self._port.machine.power_on()
-        self._port.write(data)
-
-    def read(self, timeout: float) -> bytes:
-        return self._port.read(timeout)
-
-    def close(self) -> None:
-        pass
+        super().write(data)
 
 
 class Counted(Link):
@@ -111,9 +99,7 @@ class Counted(Link):
 def test_a_board_that_reboots_gets_its_memory_back(every):
     bench = Bench(samples=150)
     port = Rebooting(bench.port, every)
-    link = Link(port, bench.program.layout)
-    link.connect()
-    law = BoardLaw(link, bench.expected.parameters, bench.program.layout)
+    law = bench.on_board(bench.link(port))
     assert bench.same(bench.simulate(law=law))
     assert law.restored == port.writes // every >= 2
 
@@ -123,7 +109,7 @@ def test_samples_since_a_checkpoint_alone_are_repeated():
     bench = Bench(samples=150)
     link = Counted(Rebooting(bench.port, 101), bench.program.layout)
     link.connect()
-    law = BoardLaw(link, bench.expected.parameters, bench.program.layout, every=1000)
+    law = bench.on_board(link, every=1000)
     assert bench.same(bench.simulate(law=law))
     assert link.steps <= bench.samples + 25 * law.restored
 
@@ -133,7 +119,7 @@ def test_restarts_at_one_sample_end_a_run_at_a_number_that_can_be_set():
     bench = Bench(samples=30)
     for restarts in (2, 3):
         link = Link(Rebooting(bench.port, 3), bench.program.layout)
-        law = BoardLaw(link, bench.expected.parameters, bench.program.layout, restarts=restarts)
+        law = bench.on_board(link, restarts=restarts)
         link.connect()
         with pytest.raises(LinkError, match=f"lost its memory {restarts} times at sample"):
             bench.simulate(law=law)
@@ -147,8 +133,7 @@ def test_a_board_of_another_version_is_refused_by_what_differs(bench):
 
 
 def test_a_request_to_reboot_forgets_the_memory(bench):
-    link = bench.link()
-    bench.start(link)
+    link = bench.started()
     link.reboot()
     bench.port.read(0)
     with pytest.raises(RestartError, match="has started since"):
@@ -175,9 +160,8 @@ def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
             raise Stopped
 
     journal = Journal(path, identity, layout)
-    law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout, journal=journal, after=stop)
     with pytest.raises(Stopped):
-        bench.simulate(law=law)
+        bench.simulate(law=bench.on_board(journal=journal, after=stop))
     journal.close(complete=False)
     with path.open("ab") as file:
         file.write(b"s" + b"half a record")
@@ -186,7 +170,7 @@ def test_a_host_that_was_stopped_goes_on(bench, tmp_path, board_forgets):
     bench.port.machine.advance(1100)  # until then the board waits for the host that was stopped
     journal = Journal(path, identity, layout)
     assert journal.length == 23
-    law = BoardLaw(bench.link(), bench.expected.parameters, bench.program.layout, journal=journal)
+    law = bench.on_board(journal=journal)
     assert bench.same(bench.simulate(law=law))
     assert len(law.ticks) == bench.samples - 23
     journal.close(complete=True)
@@ -214,35 +198,26 @@ def test_an_image_for_another_board_is_refused():
         MachinePort(elsewhere)
 
 
-class Tap:
+class Tap(Wrapped):
     """A line that keeps what the host sent, so that it can be sent again."""
 
-    name = "tapped line"
-
     def __init__(self, port: MachinePort) -> None:
-        self._port = port
+        super().__init__(port)
         self.sent: list[bytes] = []
 
     def write(self, data: bytes) -> None:
         self.sent.append(data)
-        self._port.write(data)
-
-    def read(self, timeout: float) -> bytes:
-        return self._port.read(timeout)
+        super().write(data)
 
     def replies(self, data: bytes) -> list[Frame]:
         """Put bytes on the line and return the frames that come back."""
         self._port.write(data)
         return list(Decoder().feed(self._port.read(0)))
 
-    def close(self) -> None:
-        pass
-
 
 def test_a_step_that_comes_again_is_answered_and_not_evaluated(bench):
     tap = Tap(bench.port)
-    link = bench.link(tap)
-    bench.start(link)
+    link = bench.started(tap)
     first = link.step(bench.numbers(0))
     (again,) = tap.replies(tap.sent[-1])
     assert again.flags == Flags.DUPLICATE
@@ -256,8 +231,7 @@ def test_a_step_that_comes_again_is_answered_and_not_evaluated(bench):
 def test_what_follows_a_refused_request_is_not_answered_with_what_went_before(bench, kind):
     """A step, or a self-test, with the number of one that was refused was answered as the one before both."""
     tap = Tap(bench.port)
-    link = bench.link(tap)
-    bench.start(link)
+    link = bench.started(tap)
     right = [bench.numbers(0).tobytes(), bench.numbers(1).tobytes()] if kind == 3 else [b"\2\0\0\0", b"\3\0\0\0"]
     first = link._request(kind, right[0])
     with pytest.raises(LinkError, match="wrong size"):
@@ -274,8 +248,7 @@ def test_what_follows_a_refused_request_is_not_answered_with_what_went_before(be
 def test_an_old_frame_is_refused_and_changes_nothing(bench, age):
     """An estimator must not learn twice from one sample: a step of before came again and was evaluated once."""
     tap = Tap(bench.port)
-    link = bench.link(tap)
-    bench.start(link)
+    link = bench.started(tap)
     for k in range(8):
         link.step(bench.numbers(k))
     before, steps = link.get("z"), [data for data in tap.sent if len(data) > 60][-8:]
@@ -296,22 +269,19 @@ def test_a_line_that_repeats_old_requests_changes_nothing(bench):
                 self._port.write(rng.choice(self.sent[-6:]))
 
     link = bench.link(Echoing(bench.port))
-    law = BoardLaw(link, bench.expected.parameters, bench.program.layout)
-    assert bench.same(bench.simulate(law=law))
+    assert bench.same(bench.simulate(law=bench.on_board(link)))
     assert link.stats()["steps"] == bench.samples
 
 
 def test_a_request_out_of_turn_ends_the_session_with_a_reason(bench):
-    link = bench.link()
-    bench.start(link)
+    link = bench.started()
     link._number += 3
     with pytest.raises(LinkError, match="neither the next nor the last request number"):
         link.step(bench.numbers(0))
 
 
 def test_another_host_is_told_that_the_board_is_busy_and_changes_nothing(bench):
-    link = bench.link()
-    bench.start(link)
+    link = bench.started()
     link.step(bench.numbers(0))
     other = Link(bench.port, bench.program.layout, tries=1)
     with pytest.raises(LinkError, match="runs a law for another host"):
@@ -323,8 +293,7 @@ def test_another_host_is_told_that_the_board_is_busy_and_changes_nothing(bench):
 
 
 def test_the_next_host_finds_nothing_of_the_one_before(bench):
-    first = bench.link()
-    bench.start(first)
+    first = bench.started()
     gains = first.get("c")
     first.set("c", gains + 1)
     first.step(bench.numbers(0))
@@ -337,8 +306,7 @@ def test_the_next_host_finds_nothing_of_the_one_before(bench):
 @pytest.mark.parametrize("group", ["p", "c", "s", "z"])
 @pytest.mark.parametrize("bad", [np.nan, np.inf, -np.inf])
 def test_what_is_no_number_is_no_parameter_and_no_memory(bench, group, bad):
-    link = bench.link()
-    bench.start(link)
+    link = bench.started()
     before = link.get(group)
     for place in range(len(before)):
         values = before.copy()
@@ -349,8 +317,7 @@ def test_what_is_no_number_is_no_parameter_and_no_memory(bench, group, bad):
 
 
 def test_a_byte_on_the_line_ends_a_self_test(bench):
-    link = bench.link()
-    bench.start(link)
+    link = bench.started()
     writes = bench.port.write
 
     def interrupted(data: bytes) -> None:
@@ -374,8 +341,7 @@ def test_unknown_types_and_wrong_sizes_are_refused(bench):
 
 def test_a_program_that_hangs_is_started_anew_by_the_hardware(bench):
     """The main loop is made to sleep for ever, with an output that is not zero."""
-    link = bench.link()
-    bench.start(link)
+    link = bench.started()
     link.step(bench.numbers(0))
     machine, idle = bench.port.machine, machine_pulses_at_rest(bench)
     assert machine.pulses() != idle
@@ -411,8 +377,7 @@ def test_outputs_are_pulses_and_none_when_nobody_asks(bench):
 @pytest.mark.parametrize("request_between", ["z", "p", "stats", "hello", "noise"])
 def test_an_output_is_held_for_two_samples_whatever_else_comes(bench, request_between):
     """Setting the memory disarmed the watch: the last torque was held for ever."""
-    link = bench.link()
-    bench.start(link)
+    link = bench.started()
     link.step(bench.numbers(0))
     assert link.output().any()
     for _ in range(11):
@@ -434,8 +399,7 @@ def test_an_output_is_held_for_two_samples_whatever_else_comes(bench, request_be
 
 
 def test_a_silent_link_holds_for_two_samples_then_outputs_nothing(bench):
-    link = bench.link()
-    bench.start(link)
+    link = bench.started()
     last = link.step(bench.numbers(0)).u
     assert last.any()
     bench.port.machine.advance(990)
@@ -452,8 +416,7 @@ def test_a_silent_link_holds_for_two_samples_then_outputs_nothing(bench):
 @pytest.mark.parametrize("place", [0, 5, 9, 11, 14])
 def test_what_is_no_number_reaches_no_actuator(bench, bad, place):
     """The next whole measurements find an estimator without a trace of it."""
-    link = bench.link()
-    bench.start(link)
+    link = bench.started()
     for k in range(20):
         numbers = bench.numbers(k)
         if 8 <= k < 10:
@@ -473,8 +436,7 @@ def test_what_is_no_number_reaches_no_actuator(bench, bad, place):
 @pytest.mark.parametrize("bad", [np.nan, np.inf])
 def test_a_law_without_checks_of_its_own_is_guarded_too(law, bad):
     bench = Bench("triangle", law)
-    link = bench.link()
-    bench.start(link)
+    link = bench.started()
     for place in range(8):
         numbers = np.full(8, 0.3, np.float32)
         numbers[place] = bad
@@ -487,8 +449,7 @@ def test_numbers_below_the_smallest_normal_one_are_zero(bench):
     answers = []
     for value in (1e-40, 0.0):
         bench.port.machine.advance(1100)
-        link = bench.link()
-        bench.start(link)
+        link = bench.started()
         numbers = bench.numbers(0)
         numbers[[0, 3, 12]] = value
         answers.append(link.step(numbers).u.tobytes() + link.get("z").tobytes())

@@ -3,17 +3,14 @@
 
 from __future__ import annotations
 
-import subprocess
-
 import pytest
 
 from mehvar.runtime.board.image.build import STACK_SIZE
-from mehvar.runtime.board.image.elf import read_elf
 from mehvar.runtime.board.image.instructions import UnboundedError
-from mehvar.runtime.board.image.toolchains import board, toolchain
+from mehvar.runtime.board.image.toolchains import board
 from mehvar.runtime.board.run import BoardRequest, run_on_board
 from mehvar.runtime.board.stack import stack_bound
-from tests.runtime.board.conftest import load
+from tests.runtime.board.conftest import linked, load
 from tests.tools import needs
 
 NEEDS_GCC = needs("arm-none-eabi-gcc")
@@ -46,26 +43,16 @@ SOURCES = {
 
 @pytest.mark.parametrize("compiler", [pytest.param("gcc", marks=NEEDS_GCC), "zig"])
 def test_calls_through_pointers_recursion_and_frames_of_variable_size(tmp_path, compiler):
-    result = {name: _bound_of(tmp_path, name, text, compiler) for name, text in SOURCES.items()}
+    result = {name: _bound_of(tmp_path, text, compiler) for name, text in SOURCES.items()}
     assert result["depth"].startswith("bytes >= 200: True")
     assert "recursive: start calls start" in result["recursion"]
     assert "start has a stack frame of variable size" in result["variable"]
 
 
-def _bound_of(folder, name, text, compiler):
+def _bound_of(folder, text, compiler):
     start = "volatile int n; void Default_Handler(void) { } void Reset_Handler(void) { start(&n); for (;;) n++; }"
-    script = "ENTRY(Reset_Handler) SECTIONS { . = 0x8000; .text : { KEEP(*(.text*)) } .rodata : { *(.rodata*) }"
-    script += " .data : { *(.data*) } .bss : { *(.bss*) } __stack_limit = .; __stack_top = . + 64;"
-    script += " /DISCARD/ : { *(.ARM*) *(.comment) } }"
-    (folder / f"{name}.c").write_text(f"{text}\n{start}\n")
-    (folder / "script.ld").write_text(script)
-    chosen, image = toolchain(compiler), folder / f"{name}.elf"
-    flags = (*chosen.flags(board("stm32f4")), "-O1", "-ffreestanding", "-fno-inline", "-fno-optimize-sibling-calls")
-    subprocess.run(
-        [*chosen.command, *flags, "-nostdlib", "-T", "script.ld", f"{name}.c", "-o", image], cwd=folder, check=True
-    )
     try:
-        bound = stack_bound(read_elf(image), "m4f")
+        bound = stack_bound(linked(folder, f"{text}\n{start}\n", compiler), "m4f")
     except UnboundedError as error:
         return str(error)
     return f"bytes >= 200: {bound.bytes - 108 >= 200 and 'leaf' in dict(bound.chain)}"

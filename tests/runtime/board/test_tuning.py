@@ -5,7 +5,6 @@ from __future__ import annotations
 
 import contextlib
 from dataclasses import replace
-from functools import partial
 
 import numpy as np
 import pytest
@@ -13,10 +12,8 @@ import pytest
 from mehvar.base.errors import InputError
 from mehvar.runtime.board.image.header import layout
 from mehvar.runtime.board.journal import Journal, read_journal
-from mehvar.runtime.board.line.link import Link
 from mehvar.runtime.board.run import BoardRequest, run_on_board
-from mehvar.runtime.board.session import BoardLaw
-from mehvar.runtime.board.tuning import HostLaw, Requests, path_of, replay, tune, tuned_parameters
+from mehvar.runtime.board.tuning import HostLaw, Requests, path_of, replay, tune
 from tests.runtime.board.conftest import Bench, load
 from tests.runtime.board.test_faults import Rebooting, Stopped
 from tests.tools import needs
@@ -109,15 +106,10 @@ def test_a_damaged_journal_is_refused_or_breaks_off(tmp_path):
 
 def session(bench, path, port=None, after=None):
     """Return a law on a board with a journal, and that journal."""
-    layout = bench.program.layout
-    journal = Journal(path, {"scenario": "paper", "parameters": dict(bench.expected.parameters.values)}, layout)
-    link = Link(port or bench.port, layout, tries=200)
-    link.connect()
-    law = BoardLaw(
-        link, bench.expected.parameters, layout, 5, journal, after, Requests(path, journal.tunings),
-        partial(tuned_parameters, bench.program),
-    )  # fmt: skip
-    return law, journal
+    identity = {"scenario": "paper", "parameters": dict(bench.expected.parameters.values)}
+    journal = Journal(path, identity, bench.program.layout)
+    requests = Requests(path, journal.tunings)
+    return bench.on_board(bench.link(port), every=5, journal=journal, after=after, requests=requests), journal
 
 
 def expected(bench, tunings):

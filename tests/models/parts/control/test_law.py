@@ -1,6 +1,8 @@
 # SPDX-License-Identifier: Apache-2.0
 """Laws of a craft in symbols: they run as the same law in Python does, within limits, and on what sensors show."""
 
+import functools
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -11,7 +13,8 @@ import mehvar
 from mehvar.base.errors import MehvarError
 from mehvar.codegen.functions.graphs import generate_functions
 from mehvar.models.check import check
-from mehvar.models.parts import Bob, Gyro, Hub, Spacecraft, StarTracker, Thruster, Torquer, Wheel
+from mehvar.models.parts import Bob, Gyro, Hub, StarTracker, Thruster, Torquer, Wheel
+from tests.models.parts import table
 
 HUB = Hub("hub", mass=40.0, inertia=(2.0, 3.0, 2.5), centre=(0.02, 0.0, -0.01))
 AXES = [(1, 0, 1), (0, 1, 1), (-1, 0, 1), (0, -1, 1)]
@@ -34,11 +37,7 @@ def jets():
     return result
 
 
-def craft_of(*parts, **options):
-    craft = Spacecraft("craft", **options)
-    for part in (HUB, *parts):
-        craft.add(part)
-    return craft
+craft_of = functools.partial(table.craft_of, HUB)
 
 
 def steering(by):

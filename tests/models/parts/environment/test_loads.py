@@ -17,12 +17,12 @@ from mehvar.models.parts import (
     Hub,
     Magnetorquer,
     Orbit,
-    Spacecraft,
     SunPressure,
     Wheel,
 )
 from mehvar.models.quantities import ModelError
 from mehvar.physics.balances import Balances
+from tests.models.parts.table import craft_of
 
 CENTRE, ARM, NORMAL = np.array([0.01, -0.02, 0.03]), np.array([0.3, 0.1, -0.2]), np.array([2.0, 1.0, -2.0]) / 3
 TENSOR = np.array([[10.0, 0.1, 0.2], [0.1, 12.0, 0.3], [0.2, 0.3, 15.0]])
@@ -37,10 +37,7 @@ class Flight:
     """A craft on an orbit at random states."""
 
     def __init__(self, *parts, hub=HUB):
-        craft = Spacecraft("craft", orbit=ORBIT)
-        for part in (hub, *parts):
-            craft.add(part)
-        self.system = craft.system()
+        self.system = craft_of(hub, *parts, orbit=ORBIT).system()
         check(self.system)
         ready = prepared(self.system)
         self.names = [q.name for q in ready.states]
@@ -205,10 +202,8 @@ def test_gravity_gradient_of_a_ball_vanishes():
 
 def test_angular_momentum_about_the_earth_and_energy_are_kept():
     """Orbit and craft together: the force of the gradient takes what its torque gives; with two-body gravity."""
-    craft = Spacecraft("craft", orbit=Orbit())
-    for part in (HUB, Wheel("wheel", axis=(1, 2, 1), inertia=0.2), GravityGradient()):
-        craft.add(part)
-    ready = prepared(craft.system())
+    wheel = Wheel("wheel", axis=(1, 2, 1), inertia=0.2)
+    ready = prepared(craft_of(HUB, wheel, GravityGradient(), orbit=Orbit()).system())
     graphs = {g.name: g.graph for g in generate_functions(ready)}
     x, u = ca.SX.sym("x", len(ready.states)), ca.DM.zeros(len(ready.inputs))
     # a light Earth, so near that the gradient is no small part of gravity
@@ -239,16 +234,13 @@ def test_angular_momentum_about_the_earth_and_energy_are_kept():
 
 def test_balances_with_all_loads():
     """Energy and angular momentum relative to the centre of mass."""
-    craft = Spacecraft("craft", orbit=ORBIT)
     parts = (
         HUB, Wheel("wheel", axis=(0.3, -0.5, 0.7), inertia=0.2),
         Bob("tank", mass=20.0, length=0.3, at=(0.1, 0.2, 0.5), damping=0.1),
         GravityGradient(), Dipole("residual", moment=(0.1, 0.2, 0.3)), Magnetorquer("coil", axis=(1, 0, 0)),
         *(part.__class__(**{**vars(part), "name": f"load{k}"}) for k, (part, _) in enumerate(PUSHES.values())),
     )  # fmt: skip
-    for part in parts:
-        craft.add(part)
-    balances, flight = Balances(craft.system()), Flight(*parts[1:])
+    balances, flight = Balances(craft_of(*parts, orbit=ORBIT).system()), Flight(*parts[1:])
     u = dict(zip(balances.u_names, flight.u, strict=True))
     for x, *_ in flight.states():
         assert max(balances.errors(dict(zip(balances.x_names, x, strict=True)), u)) < 1e-12

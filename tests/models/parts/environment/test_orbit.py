@@ -31,6 +31,7 @@ from mehvar.models.parts import (
     Value,
 )
 from mehvar.models.parts.environment.sun import seconds
+from tests.models.parts.table import craft_of
 
 MU, R, J2 = 3.986004418e14, 6378137.0, 1.08262668e-3
 HUB = Hub("hub", mass=100.0, inertia=(1.0, 3.0, 2.0))
@@ -38,10 +39,11 @@ TIGHT = {"rtol": 1e-12, "atol": 1e-12}
 
 
 def flown(name, *parts, orbit, **options):
-    craft = Spacecraft(name, orbit=orbit)
-    for part in (HUB, *parts):
-        craft.add(part)
-    return mehvar.simulate(mehvar.build(craft), None, inputs={}, **{**TIGHT, **options})
+    return mehvar.simulate(model_of(*parts, orbit=orbit, name=name), None, inputs={}, **{**TIGHT, **options})
+
+
+def model_of(*parts, **options):
+    return mehvar.build(craft_of(HUB, *parts, **options))
 
 
 def place(run):
@@ -71,9 +73,7 @@ def test_two_bodies_are_keplers():
 
 def test_the_default_state_is_in_orbit():
     """At the centre of the Earth, where other states are by default, the rates are no numbers."""
-    craft = Spacecraft("kepler2", orbit=Orbit(size=7e6, eccentricity=0.1))
-    craft.add(HUB)
-    model = mehvar.build(craft)
+    model = model_of(orbit=Orbit(size=7e6, eccentricity=0.1))
     x = model.state(wx=0.01)
     assert (x.wx, x.orbit_x) == (0.01, pytest.approx(6.3e6))
     assert np.isfinite(model.linearize(x).A).all()
@@ -165,10 +165,8 @@ SUN = {
 
 def test_the_sun_moves_as_in_an_ephemeris():
     """A sensor, the pressure of light and gravity have one Sun, also half a year after the start."""
-    craft = Spacecraft("sunny", orbit=Orbit(size=4.2e7, epoch="2006-04-02"))
-    for part in (HUB, SunSensor("sensor"), SunPressure("ball", area=100.0), SunGravity("sun")):
-        craft.add(part)
-    model = mehvar.build(craft)
+    parts = SunSensor("sensor"), SunPressure("ball", area=100.0), SunGravity("sun")
+    model = model_of(*parts, orbit=Orbit(size=4.2e7, epoch="2006-04-02"))
     unit, day = 1.495978707e11, 86400.0
     for k, (date, place) in enumerate(SUN.items()):
         start, size = seconds(date), np.linalg.norm(place)
@@ -209,10 +207,7 @@ def test_the_air_may_be_in_a_file(tmp_path):
 @functools.cache
 def airy():
     rows = [(Value(h, source="paper: Wertz 1978"), rho) for h, rho in AIR]
-    craft = Spacecraft("airy", orbit=Orbit(air=rows, spin=0.0))
-    for part in (HUB, Drag("ball", area=2.0, coefficient=2.5)):
-        craft.add(part)
-    return mehvar.build(craft)
+    return model_of(Drag("ball", area=2.0, coefficient=2.5), orbit=Orbit(air=rows, spin=0.0))
 
 
 @pytest.mark.parametrize("height", [1.2e5, 1.5e5, 1.8e5, 2e5, 2.9999e5, 4e5])
@@ -228,10 +223,7 @@ def test_the_air_is_interpolated_in_its_logarithm(height):
 
 def test_penumbra_is_the_share_of_the_suns_disc():
     """Against a sum over the points of the disc, from full light through the penumbra to the umbra."""
-    craft = Spacecraft("dusk", orbit=Orbit(shadow="cone", disc=0.05, size=7e6, inclination=0.0))
-    for part in (HUB, SunSensor("sun")):
-        craft.add(part)
-    model = mehvar.build(craft)
+    model = model_of(SunSensor("sun"), orbit=Orbit(shadow="cone", disc=0.05, size=7e6, inclination=0.0))
     rim = np.arcsin(R / 7e6)
     generator = np.random.default_rng(4)
     radius, turn = 0.05 * np.sqrt(generator.random(200_000)), 2 * np.pi * generator.random(200_000)
@@ -281,10 +273,7 @@ def test_a_contact_lasts_while_the_craft_is_above_the_mask():
 def test_a_station_stands_on_the_ellipsoid():
     """The guard vanishes where the craft is in the horizon of a station at 50 degrees north."""
     latitude, height, polar = np.radians(50.0), 300.0, (1 - 1 / 298.257223563) ** 2
-    craft = Spacecraft("north", orbit=Orbit())
-    for part in (HUB, GroundStation("base", latitude=latitude, ascension=0.5, height=height)):
-        craft.add(part)
-    model = mehvar.build(craft)
+    model = model_of(GroundStation("base", latitude=latitude, ascension=0.5, height=height), orbit=Orbit())
     bend = R / np.sqrt(1 - (1 - polar) * np.sin(latitude) ** 2)
     east, out = np.array([-np.sin(0.5), np.cos(0.5), 0]), np.array([np.cos(0.5), np.sin(0.5), 0])
     place = (bend + height) * np.cos(latitude) * out + np.array([0, 0, (polar * bend + height) * np.sin(latitude)])
@@ -316,10 +305,7 @@ def potential(place):
 
 
 def test_the_field_of_gauss_coefficients_is_the_gradient_of_its_potential():
-    craft = Spacecraft("gauss", orbit=Orbit(harmonics=GAUSS, longitude=0.7))
-    for part in (HUB, Magnetometer("mag")):
-        craft.add(part)
-    model = mehvar.build(craft)
+    model = model_of(Magnetometer("mag"), orbit=Orbit(harmonics=GAUSS, longitude=0.7))
     c, s = np.cos(0.7), np.sin(0.7)
     turn, here = np.array([[c, s, 0], [-s, c, 0], [0, 0, 1]]), np.array([3e6, -4e6, 5e6])
     slopes = [potential(turn @ (here + 10 * e)) - potential(turn @ (here - 10 * e)) for e in np.eye(3)]
@@ -353,9 +339,8 @@ def test_libration_in_pitch():
     """A craft that points to the Earth librates at n sqrt(3 (Jx - Jz)/Jy), with x along the motion and z down."""
     a = 7e6
     n = np.sqrt(MU / a**3)
-    craft = Spacecraft("libration", orbit=Orbit(size=a, inclination=np.pi / 2))
-    for part in (Hub("hub", mass=100.0, inertia=(3.0, 3.5, 1.0)), GravityGradient()):
-        craft.add(part)
+    hub = Hub("hub", mass=100.0, inertia=(3.0, 3.5, 1.0))
+    craft = craft_of(hub, GravityGradient(), orbit=Orbit(size=a, inclination=np.pi / 2))
     expected = n * np.sqrt(3 * (3.0 - 1.0) / 3.5)
     # over the node on the x axis with the motion along z: the body's y axis is against the orbit's normal, -y
     start = {"wy_0": -n, "pitch_0": -np.pi / 2 + 1e-3}
@@ -408,29 +393,18 @@ def test_wrong_orbits_are_refused(make, words):
 
 
 def built(orbit):
-    craft = Spacecraft("craft", orbit=orbit)
-    craft.add(HUB)
-    craft.add(Drag("ball", area=2.0))
-    craft.add(SunPressure("sail", area=2.0))
-    return craft.system()
+    return craft_of(HUB, Drag("ball", area=2.0), SunPressure("sail", area=2.0), orbit=orbit).system()
 
 
 def tidal():
     line = {"length": 1e4, "stiffness": 0.5, "start": (1e4, 0.0, 0.0)}
-    craft = Spacecraft("craft", orbit=Orbit())
-    for part in (HUB, GravityGradient(), Tether("far", mass=26.0, inertia=(1.0, 1.0, 1.0), **line)):
-        craft.add(part)
-    return craft.system()
+    far = Tether("far", mass=26.0, inertia=(1.0, 1.0, 1.0), **line)
+    return craft_of(HUB, GravityGradient(), far, orbit=Orbit()).system()
 
 
 def doubled(*parts):
-    craft = Spacecraft("craft", orbit=Orbit())
-    for part in parts:
-        craft.add(part)
+    craft_of(*parts, orbit=Orbit())
 
 
 def lonely(part):
-    craft = Spacecraft("craft")
-    craft.add(HUB)
-    craft.add(part)
-    return craft.system()
+    return craft_of(HUB, part).system()

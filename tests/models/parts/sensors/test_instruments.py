@@ -18,7 +18,6 @@ from mehvar.models.parts import (
     Hub,
     Magnetometer,
     Orbit,
-    Spacecraft,
     StarTracker,
     SunSensor,
     Tachometer,
@@ -26,16 +25,13 @@ from mehvar.models.parts import (
     Torquer,
     Wheel,
 )
+from tests.models.parts import table
 
 HUB = Hub("hub", mass=10.0, inertia=(1.0, 1.5, 2.0))
 WHEEL = Wheel("wheel", axis=(1, 0, 0), inertia=0.01)
 
 
-def craft_of(*parts, **options):
-    craft = Spacecraft("craft", **options)
-    for part in (HUB, *parts):
-        craft.add(part)
-    return craft
+craft_of = functools.partial(table.craft_of, HUB)
 
 
 def shown(system, **values):

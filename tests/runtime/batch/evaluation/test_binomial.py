@@ -23,7 +23,7 @@ def test_the_lower_bound_is_the_quantile_of_a_beta_distribution(runs: int, confi
     assert lower_bound(0, runs, confidence) == 0
 
 
-@given(n=st.integers(1, 3000), q=st.sampled_from(QUANTILES))
+@given(n=st.integers(1, 3000) | st.sampled_from((4096, 10**6, 10**7)), q=st.sampled_from(QUANTILES))
 @settings(deadline=None)
 def test_a_quantile_lies_between_its_ranks_for_any_distribution(n: int, q: float) -> None:
     """The chance that fewer than `low` or at least `high` of n numbers are below it, by their count alone."""
@@ -33,12 +33,6 @@ def test_a_quantile_lies_between_its_ranks_for_any_distribution(n: int, q: float
     assert binom.sf(high - 1, n, q) <= 0.025
     assert binom.cdf(low, n, q) >= 0.025 - 1e-12
     assert high == 1 or binom.sf(high - 2, n, q) >= 0.025 - 1e-12
-
-
-@pytest.mark.parametrize("n", [15, 4096, 10**6, 10**7])
-def test_ranks_of_many_numbers_are_those_of_scipy(n: int) -> None:
-    expected = {q: (binom.ppf(0.025, n, q), binom.ppf(0.975, n, q) + 1) for q in QUANTILES}
-    assert {q: ranks(q, n, 0.95) for q in QUANTILES} == expected
 
 
 @pytest.mark.parametrize(("n", "p"), [(1, 0.3), (16, 0.5), (40, 1e-9), (3000, 0.999)])

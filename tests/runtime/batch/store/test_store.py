@@ -57,14 +57,19 @@ def values(first: int, count: int) -> dict[str, np.ndarray]:
     }
 
 
+def fill(store: Store) -> None:
+    """Write all blocks."""
+    for block in range(store.blocks()):
+        store.write(block, values(store.runs(block).start, len(store.runs(block))))
+
+
 @pytest.fixture
 def store(tmp_path: Path) -> Store:
     return create(tmp_path / "runs.zarr", LAYOUT)
 
 
 def test_plain_xarray_reads_names_units_and_values(store: Store) -> None:
-    for block in range(3):
-        store.write(block, values(store.runs(block).start, len(store.runs(block))))
+    fill(store)
     with xarray.open_zarr(store.path) as plain:
         assert dict(plain.sizes) == {"run": 10, "state": 2, "t": 3}
         assert plain.m1.attrs["units"] == "kg"
@@ -89,8 +94,7 @@ def test_a_block_counts_when_its_record_is_there(store: Store) -> None:
 
 
 def test_a_block_of_an_ended_store_is_written_anew_with_other_numbers_and_the_end_follows(store: Store) -> None:
-    for block in range(3):
-        store.write(block, values(store.runs(block).start, len(store.runs(block))))
+    fill(store)
     store.end(10)
     assert store.path is not None
     (store.path / block_record(1)).unlink()
@@ -203,11 +207,6 @@ def test_what_a_living_process_makes_is_not_removed(tmp_path: Path) -> None:
     create(tmp_path / "other.zarr", LAYOUT)
     lock.release()
     assert [(folder / "begun").exists() for folder in (living, new)] == [True, True]
-
-
-def fill(store: Store) -> None:
-    for block in range(store.blocks()):
-        store.write(block, values(store.runs(block).start, len(store.runs(block))))
 
 
 def test_a_store_cut_short_keeps_whole_blocks(store: Store, tmp_path: Path) -> None:

@@ -4,7 +4,7 @@
 import re
 from types import SimpleNamespace
 
-from mehvar.report.papers import _overview
+from mehvar.report.papers.pages import _overview
 from mehvar.reproduction.claims import Check, Claim, ClaimKind, ClaimVerdict, TriedReading
 
 GOOD, BAD, NOTED = (Check("x", "1", "1", *how) for how in ((True,), (False,), (False, False)))

@@ -11,31 +11,28 @@ from typing import TYPE_CHECKING, Any
 from mehvar.base.errors import MissingError
 from mehvar.codegen.generate import installed_tree
 from mehvar.codegen.structures import structure_folders
-from mehvar.pictures.files import pixels, small_png
-from mehvar.pictures.scene import Scene
 from mehvar.pictures.style import style, text_figure
+from mehvar.report.board.section import Boards, run_boards
+from mehvar.report.picture import Picture, picture
+from mehvar.report.scene import scene
 from mehvar.reproduction.beyond import Beyond, BeyondWords, Difference, differences, load_beyond
 from mehvar.reproduction.claims import Claim
 from mehvar.reproduction.deviations import by_run, deviations, table_claims
 from mehvar.reproduction.ledger_text import evidence_verdict
-from mehvar.reproduction.paper import PaperFigure, Reproduction, load_reproduction
+from mehvar.reproduction.paper import PaperFigure, Reproduction, SceneCaption, load_reproduction
 from mehvar.reproduction.runs import Runs
 from mehvar.reproduction.statements import Coverage, Statement, coverage, statement_verdicts
 from mehvar.runtime.model.model import load
 from mehvar.runtime.run.metrics import Deviation
+from mehvar.runtime.run.results import to_dataset
 
 from .backends import Agreement, agreement
-from .board.section import Boards, run_boards
-from .charts import COLOR_NAMES, chart
 from .eigenvalues import LoopSpectrum, loop_spectra
-from .series import track
 from .study import Batch, run_study
 
 if TYPE_CHECKING:
     from concurrent.futures import Future
     from pathlib import Path
-
-    from matplotlib.figure import Figure
 
     from mehvar.base.manifest import Manifest
     from mehvar.reproduction.ledgers import Ledger
@@ -43,27 +40,7 @@ if TYPE_CHECKING:
     from mehvar.terminal import Advance
 
 
-@dataclass(frozen=True)
-class Picture:
-    """A figure of the page: unique name, texts, picture, and a chart if it shows time series.
-
-    `heading` names the figure of the paper, or marks an extension. `colors` is True if colours show numbers, as in a
-    heat map: a dark page keeps them.
-    """
-
-    name: str
-    title: str
-    caption: str
-    png: bytes
-    chart: Mapping[str, Any] | None
-    claims: Sequence[Claim] = ()
-    heading: str = ""
-    colors: bool = False
-
-    @property
-    def size(self) -> tuple[int, int]:
-        """Return width and height of the static picture in pixels."""
-        return pixels(self.png)
+_BANDS = "Median of the runs, and the band that holds nine of ten"
 
 
 @dataclass(frozen=True)
@@ -94,11 +71,10 @@ class PaperReport:
     ledger: Ledger | None
     statements: Sequence[Statement]
     coverage: Sequence[Coverage]
-    scene: Scene
+    scene: Mapping[str, Any]
     batch: Batch | None
     bands: Picture | None
     boards: Boards
-    board_pictures: Sequence[Picture]
     agreement: Agreement | None
     spectra: Sequence[LoopSpectrum]
     beyond: BeyondReport | None
@@ -170,7 +146,7 @@ def paper_report(
         advance(0.3 + 0.3 * done / len(paper.figures), 1.0, f"{name}: figure {figure.number}")
         pictures.append(_drawn(name, figure, claims, runs, paper.statements.printed.figures))
     clock.note("figures")
-    scene = paper.scene(runs)
+    animation = _animation(paper.captions.scene, runs)
     clock.note("animation")
     batch = texts = None
     if runs.model.backend == "c":
@@ -181,7 +157,7 @@ def paper_report(
     clock.note("board")
     advance(0.93, 1.0, f"{name}: beyond the paper")
     extension = load_beyond(name)
-    further = _beyond(name, extension, runs, Runs(load(folders.result()[name]))) if extension else None
+    further = _beyond(name, extension, Runs(load(folders.result()[name]), runs)) if extension else None
     clock.note("beyond the paper")
     advance(0.95, 1.0, f"{name}: the paper's equations")
     ledger = ledgers.result().get(name)
@@ -195,62 +171,30 @@ def paper_report(
         texts = agreement(runs)
         clock.note("CasADi's own C")
     return PaperReport(
-        runs.model, paper, claims, pictures, numbers, ledger, statements, covered, scene, batch,
-        picture(f"{name}-bands", "Batch", "", batch.figure) if batch else None,
-        boards, [_static(f"{name}-board-{law.law}", law.law, law.figure) for law in boards.laws], texts,
+        runs.model, paper, claims, pictures, numbers, ledger, statements, covered, animation, batch,
+        picture(f"{name}-bands", _BANDS, "", batch.figure) if batch else None,
+        boards, texts,
         loop_spectra(runs, dict(by_run(numbers))), further, len(runs), clock.seconds,
     )  # fmt: skip
 
 
-def _beyond(name: str, beyond: Beyond, paper: Runs, runs: Runs) -> BeyondReport:
+def _animation(texts: SceneCaption, runs: Runs) -> dict[str, Any]:
+    datasets = {}
+    for run in texts.run:
+        settings: dict[str, Any] = dict(run.set)
+        datasets[run.title] = to_dataset(runs(run.law, texts.scenario, **settings))
+    return scene(datasets, runs.model, texts.signals)
+
+
+def _beyond(name: str, beyond: Beyond, runs: Runs) -> BeyondReport:
     """Run a paper's extension and compare it with the paper's own runs."""
-    old, new = paper.model.manifest, runs.model.manifest
-    claims = beyond.claims(paper, runs)
+    old, new = runs.paper.model.manifest, runs.model.manifest
+    claims = beyond.claims(runs)
     pictures = [
         replace(_figure(f"{name}-beyond-{f.number}", f, claims, runs), heading=f"Figure B{f.number}")
-        for f in beyond.figures(paper)
+        for f in beyond.figures
     ]
     return BeyondReport(beyond.words, new, claims, pictures, differences(old, new))
-
-
-def picture(name: str, title: str, caption: str, figure: Figure, claims: Sequence[Claim] = ()) -> Picture:
-    """Return a figure as content of the page."""
-    with style():
-        return Picture(name, title, caption, small_png(figure), chart(figure), claims, colors=_has_colors(figure))
-
-
-def _has_colors(figure: Figure) -> bool:
-    """Return True if colours of a figure show numbers."""
-    drawn = (artist for ax in figure.axes for artist in (*ax.collections, *ax.images))
-    return any(artist.get_array() is not None for artist in drawn)
-
-
-def _static(name: str, title: str, figure: Figure) -> Picture:
-    """Return a figure without its chart, which would double its size."""
-    with style():
-        return Picture(name, title, "", small_png(figure), None)
-
-
-def scene_data(drawn_by: str, scene: Scene) -> dict[str, Any]:
-    """Return an animation as data for the page's scripts."""
-    runs = {title: dict(series) for title, series in scene.runs.items()}
-    return {
-        "drawn_by": drawn_by,
-        "runs": {title: track(series.pop("t"), series) for title, series in runs.items()},
-        "constants": dict(scene.constants),
-        "speeds": list(scene.speeds),
-        "panels": [
-            {
-                "label": panel.label,
-                "scale": panel.scale,
-                "lines": [
-                    {"column": line.column, "name": line.name, "color": COLOR_NAMES[line.color], "dash": line.dash}
-                    for line in panel.lines
-                ],
-            }
-            for panel in scene.panels
-        ],
-    }
 
 
 def _drawn(name: str, figure: PaperFigure, claims: Sequence[Claim], runs: Runs, printed: int) -> Picture:

@@ -9,11 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from mehvar.pictures.batch import UNWRAPPED
 from mehvar.pictures.style import BAND_HIGH, BAND_LOW, BLUE, VERMILLION, label, new_figure, style
+from mehvar.report.charts import plain
 from mehvar.runtime.batch.evaluation.statistics import MetricStatistics, Statistics, bands, summarise, wraps
 from mehvar.runtime.batch.fill import run_batch
 from mehvar.runtime.batch.plan import Campaign
-
-from .charts import plain
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes

@@ -3,7 +3,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Mapping, Sequence
 from types import MappingProxyType
 from typing import Any
@@ -11,18 +10,13 @@ from typing import Any
 from markupsafe import Markup
 
 from mehvar import html
-from mehvar.base.units import pretty_unit
-from mehvar.comparison.text import number as eigenvalue
-from mehvar.pictures.scene import Scene
+from mehvar.report.page import Page, Part, Section, Stage, Text, page_text, typeset
+from mehvar.report.picture import Picture
 from mehvar.reproduction.claims import Check, Claim, ClaimKind, ClaimVerdict, tally
 from mehvar.reproduction.ledger_page import FILTERS
-from mehvar.reproduction.paper import Reproduction
-from mehvar.runtime.run.metrics import Deviation
 
-from .backends import POINTS, TOLERANCE
-from .content import PaperReport, Picture
-from .page import Page, Part, Section, Stage, page_text, typeset, uri
-from .study import SEED
+from .appendix import batch_blocks, casadi_blocks, eigenvalue_table, metric_tables
+from .content import PaperReport
 
 OVERVIEW = "index.html"
 _INVITATION = Markup(
@@ -60,20 +54,9 @@ def paper_pages(
 def _part(name: str, content: Mapping[str, object], pictures: Sequence[Picture] = ()) -> Part:
     """Return a macro of the template."""
     filters: dict[str, Callable[..., Any]] = {
-        "typeset": typeset, "uri": uri, "unit": pretty_unit, "number": number, "deviation": deviation, "brief": _brief,
-        "outcome": _outcome, "complex": eigenvalue, **FILTERS,
+        "typeset": typeset, "brief": _brief, "outcome": _outcome, **FILTERS,
     }  # fmt: skip
     return Part(Markup(html.page("report/papers.html.j2", filters, part=name, content=content)), pictures)
-
-
-def paper_stage(model: str, paper: Reproduction, scene: Scene, until: float | None = None) -> Stage:
-    """Return a paper's animation, of its own runs with events or of given runs up to the time `until`."""
-    words = paper.captions.scene
-    if until is None:
-        return Stage(model, words.title, f"{words.shown} {words.caption}", model, paper.script, scene)
-    shown = max(float(series["t"][-1]) for series in scene.runs.values())
-    part = f" Of {until:g} s the first {shown:g} are shown." if shown < until else ""
-    return Stage(model, "Motion", words.caption + part, model, paper.script, scene)
 
 
 def _overview(
@@ -117,35 +100,36 @@ def _outcome(verdict: ClaimVerdict) -> str:
 def _paper(report: PaperReport, others: Mapping[str, str], live: Mapping[str, str]) -> Page:
     """Return the page about a paper; it omits sections for which the paper has no contents."""
     name = report.manifest.model
-    stage = paper_stage(name, report.paper, report.scene)
+    words = report.paper.captions.scene
+    stage = Stage(name, words.title, words.caption, report.scene)
     runs_here = [Part(_INVITATION.format(live[name]))] if name in live else []
-    content = {"report": report, "name": name, "seed": SEED, "points": POINTS, "tolerance": TOLERANCE}
-    counts, drawn = tally(report.claims), (*report.manifest.parameters, *report.manifest.scenario_parameters)
-    content |= {
-        "units": {q.name: pretty_unit(q.unit) for q in drawn if q.unit != "1"},
-        "counts": counts,
+    content = {
+        "report": report,
+        "name": name,
+        "counts": tally(report.claims),
         "weak": [c for c in report.claims if c.kind is ClaimKind.PAPER and c.verdict is not ClaimVerdict.HOLDS],
         "titles": {claim.number: claim.title for claim in report.claims},
     }
-    bands = [report.bands] if report.bands else []
-    parts = [
-        ("figures", "Figures and claims", report.pictures),
-        ("reading", "How the paper was read", ()),
-        ("batch", "What if: runs drawn at random", bands),
-        ("board", "The laws on a microcontroller", ()),
-        ("casadi", "Our text against CasADi's own C", ()),
-        *([("statements", "What the paper says, sentence by sentence", ())] if report.statements else []),
-        ("numbers", "Numbers of the runs", ()),
-        ("eigenvalues", "Eigenvalues of the loops", ()),
-        *([("errata", "Errata: printed against derived", ())] if report.ledger else []),
-        *([("beyond", "Beyond the paper", report.beyond.pictures)] if report.beyond else []),
-    ]
+    ledger, beyond = report.ledger, report.beyond
+
+    def section(part: str, title: str, shown: Sequence[Picture] = ()) -> Section:
+        return Section(f"{name}-{part}", title, [_part(part, content, shown)])
+
     return Page(
         f"{name}: {report.manifest.title}",
         [
-            Section(f"{name}-summary", "Summary", [_part("summary", content)]),
+            section("summary", "Summary"),
             Section(f"{name}-animation", "Animation", [stage, *runs_here]),
-            *(Section(f"{name}-{part}", title, [_part(part, content, shown)]) for part, title, shown in parts),
+            section("figures", "Figures and claims", report.pictures),
+            Section(f"{name}-reading", "How the paper was read", list(map(Text, report.paper.captions.readings))),
+            Section(f"{name}-batch", "What if: runs drawn at random", list(batch_blocks(report))),
+            Section(f"{name}-board", "The laws on a microcontroller", report.boards.blocks),
+            Section(f"{name}-casadi", "Our text against CasADi's own C", list(casadi_blocks(report)), fold=True),
+            *([section("statements", "What the paper says, sentence by sentence")] if report.statements else []),
+            Section(f"{name}-numbers", "Numbers of the runs", list(metric_tables(report)), fold=True),
+            Section(f"{name}-eigenvalues", "Eigenvalues of the loops", [eigenvalue_table(report)], fold=True),
+            *([section("errata", "Errata: printed against derived")] if ledger else []),
+            *([section("beyond", "Beyond the paper", beyond.pictures)] if beyond else []),
         ],
         report.paper.captions.citation,
         others,
@@ -156,18 +140,3 @@ def _brief(claim: Claim) -> tuple[Sequence[Check], int]:
     """Return the checks that a table shows, failed ones first, and the number of omitted checks."""
     checks = sorted(claim.checks, key=lambda check: check.holds)
     return checks[:3], max(0, len(checks) - 3)
-
-
-def number(value: float) -> str:
-    """Return a number with four digits."""
-    return typeset(f"{value + 0.0:.4g}") if math.isfinite(value) else "does not settle"
-
-
-def deviation(number: Deviation) -> str:
-    """Return the deviation of a number from its expected value as text."""
-    value = number.size
-    if not math.isfinite(value) or not math.isfinite(number.expected):
-        return "–"
-    if number.metric.kind == "sign_changes":
-        return typeset(f"{value:+.0f}") if value else "0"
-    return typeset(f"{100 * value:+.2f} %") if abs(value) >= 5e-5 else "0.00 %"

@@ -5,7 +5,7 @@ import numpy as np
 import pytest
 
 import mehvar
-from mehvar.report.eigenvalues import SHOWN, loop_spectra
+from mehvar.report.papers.eigenvalues import SHOWN, loop_spectra
 from mehvar.reproduction.runs import Runs
 
 

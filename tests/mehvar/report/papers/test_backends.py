@@ -7,7 +7,7 @@ import shutil
 import pytest
 
 from mehvar.base.manifest import FILE, with_digest
-from mehvar.report.backends import POINTS, TOLERANCE, compare
+from mehvar.report.papers.backends import POINTS, TOLERANCE, compare
 from mehvar.reproduction.runs import Runs
 from mehvar.runtime.model.catalogue import find_model, known_models
 from mehvar.runtime.model.derived import folder_with

@@ -2,7 +2,7 @@
 from dataclasses import replace
 
 from mehvar.report.charts import chart
-from mehvar.report.study import run_study
+from mehvar.report.papers.study import run_study
 from mehvar.reproduction.paper import load_reproduction
 from mehvar.runtime.batch.evaluation.statistics import interval
 from mehvar.runtime.model.model import load
