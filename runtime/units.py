@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from mehvar.base.errors import bad_value
 from mehvar.base.manifest import Manifest
-from mehvar.base.units import unit_text
+from mehvar.base.units import radians, unit_text
 
 from .arguments import number
 from .run.options import OPTIONS
@@ -36,11 +36,6 @@ _BASE = {
     "radian": "rad",
 }  # fmt: skip
 """Pint's names of the SI base units, and of the radian, which counts as one."""
-
-_ANGLE = re.compile(r"(?<!ste)radian$|degree$|turn$|revolution|cycle|arcminute$|arcsecond$|grade$")
-"""Pint's names of angles, which must be tested because pint treats them as numbers: 1 Hz or a count would pass as
-radians.
-"""
 
 _ARGUMENT = re.compile(rf"(?<=[(\[,=\s])({_WITH_UNIT.pattern})(?=\s*[,)\]])")
 _LOCATIONS = ("normal", "uniform", "triangular", "choice", "values", "sphere")
@@ -141,7 +136,7 @@ def _in_si(match: re.Match[str], text: str, name: str) -> tuple[float, str]:
 
 
 def _converted(text: str, number: str, given: str, unit: str, name: str, origin: str) -> float:
-    """Return a number in `unit`; unlike pint, refuse a number without angle for an angle."""
+    """Return a number in `unit`; unlike pint, which takes angles for numbers, refuse 1 Hz or 1 deg^2 for an angle."""
     from pint import PintError
 
     units = _units()
@@ -151,8 +146,9 @@ def _converted(text: str, number: str, given: str, unit: str, name: str, origin:
     except (PintError, ArithmeticError, AssertionError) as error:
         allowed = "a number" if unit == "1" else f"a number in {unit}, or with a unit of that kind"
         raise bad_value(name, text, allowed, origin) from error
-    if "rad" in re.findall(r"[A-Za-z]+", unit) and not any(_ANGLE.search(factor) for factor, _ in value.unit_items()):
-        raise bad_value(name, text, f"a number in {unit}, or with a unit that has an angle", origin)
+    power = dict(value.to_base_units().unit_items()).get("radian", 0)
+    if radians(unit) not in (0, Fraction(power).limit_denominator(12)):
+        raise bad_value(name, text, f"a number in {unit}, or with a unit that has an angle as {unit} has", origin)
     return converted
 
 

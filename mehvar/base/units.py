@@ -5,7 +5,7 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from fractions import Fraction
 
 Dimension = Mapping[str, Fraction]
@@ -40,8 +40,27 @@ def dimension(unit: str) -> Dimension:
     ValueError
         If the text is not a unit, or contains a unit outside the SI.
     """
-    above, *below = _SLASH.split(unit)
     total: dict[str, Fraction] = {}
+    for name, power in _factors(unit):
+        for base, exponent in UNITS[name].items():
+            total[base] = total.get(base, Fraction()) + exponent * power
+    return {base: exponent for base, exponent in total.items() if exponent}
+
+
+def radians(unit: str) -> Fraction:
+    """Return the power of radians in a unit, which dimensions ignore: rad/s and Hz have the same dimension.
+
+    Raises
+    ------
+    ValueError
+        As of `dimension`.
+    """
+    return sum((power for name, power in _factors(unit) if name == "rad"), Fraction())
+
+
+def _factors(unit: str) -> Iterator[tuple[str, Fraction]]:
+    """Yield the units in the text of a unit with their powers."""
+    above, *below = _SLASH.split(unit)
     for part, sign in ((above, 1), *((part, -1) for part in below)):
         inside = part.removeprefix("(").removesuffix(")") if re.fullmatch(r"\([^()]* [^()]*\)", part) else part
         for factor in inside.split(" "):
@@ -51,14 +70,7 @@ def dimension(unit: str) -> Dimension:
             name, power = match.groups()
             if name not in UNITS:
                 raise ValueError(f"unit {unit!r} has {name!r}, which is not one of {', '.join(UNITS)}")
-            for base, exponent in UNITS[name].items():
-                total[base] = total.get(base, Fraction()) + sign * exponent * Fraction((power or "1").strip("()"))
-    return {base: exponent for base, exponent in total.items() if exponent}
-
-
-def has_radians(unit: str) -> bool:
-    """Return True if a unit contains radians, which dimensions ignore: rad/s and Hz have the same dimension."""
-    return "rad" in re.findall("[A-Za-z]+", unit)
+            yield name, sign * Fraction((power or "1").strip("()"))
 
 
 def product(*factors: tuple[Dimension, Fraction | int]) -> Dimension:

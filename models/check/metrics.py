@@ -8,7 +8,7 @@ from collections.abc import Mapping
 from pathlib import Path
 
 from mehvar.base.manifest import OF_SECONDS
-from mehvar.base.units import dimension, has_radians
+from mehvar.base.units import dimension, radians
 
 from ..quantities import ModelError
 from ..system import Metric, System
@@ -79,6 +79,6 @@ def _check_variables(metric: Metric, units: Mapping[str, set[str]], where: str) 
     with placed(where):
         own = dimension(metric.unit)
     check_radians(metric.unit, where)
-    angle = any(map(has_radians, present)) and unit == one
-    if own != dimension(unit) or has_radians(metric.unit) != angle:
+    angle = max(map(radians, present), key=abs) if unit == one else 0
+    if own != dimension(unit) or radians(metric.unit) != angle:
         raise ModelError(f"{where}: unit = {metric.unit!r}: must be {unit}, for {metric.kind} of {metric.of[0]!r}")

@@ -18,7 +18,7 @@ from typing import Any
 
 from mehvar.base.errors import suggestion, value_text
 from mehvar.base.schema import read
-from mehvar.base.units import dimension, has_radians
+from mehvar.base.units import dimension, radians
 
 from ..quantities import ModelError
 from ..tables import place_in, read_toml
@@ -87,7 +87,7 @@ def _entry(kind: Kind, row: object, where: str) -> Any:
     try:
         entry = read(_Entry, row, "table")
         unit, default = entry.unit, entry.default
-        fits = dimension(unit) == dimension(kind.unit) and has_radians(unit) == has_radians(kind.unit)
+        fits = dimension(unit) == dimension(kind.unit) and radians(unit) == radians(kind.unit)
     except ValueError as error:
         raise ModelError(f"{where}: {error}") from error
     if not fits:

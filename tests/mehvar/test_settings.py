@@ -104,7 +104,7 @@ def test_several_mistakes_are_refused_together():
 @pytest.mark.parametrize(
     ("text", "unit"),
     [("1Hz", "rad/s"), ("60/min", "rad/s"), ("1Bq", "rad/s"), ("0.1 count", "rad"), ("0.1bit", "rad"), ("10sr", "rad"),
-     ("1000ppm", "rad"), ("1 N m/Hz", "N m s/rad")],
+     ("1000ppm", "rad"), ("1 N m/Hz", "N m s/rad"), ("30 deg deg", "rad"), ("30 deg^2/s", "rad/s")],
 )  # fmt: skip
 def test_what_is_no_angle_is_not_taken_for_radians(text, unit):
     with pytest.raises(InputError, match="unit that has an angle"):

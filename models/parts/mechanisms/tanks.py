@@ -36,7 +36,8 @@ class Tank(Part):
 
     Fuel leaves bob and tank in proportion to their fuel, flows along straight lines of no volume, and leaves at the
     nozzle. A flow w over the distance d exerts the force -2 w d' on the line, which damps the rates of the craft. The
-    flow is steady: transients of the valve are neglected. A run ends when the tank is empty.
+    hub bears the lines and this force, also that of the fuel from the bob. The flow is steady: transients of the valve
+    are neglected. A run ends when the tank is empty.
 
     Parameters
     ----------

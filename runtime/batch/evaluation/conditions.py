@@ -22,7 +22,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from mehvar.base.errors import InputError, bad_value, unknown_name, value_text
-from mehvar.base.units import Dimension, dimension, has_radians, product, unit_text
+from mehvar.base.units import Dimension, dimension, product, radians, unit_text
 
 from ...arguments import parsed
 from ...run.problem import COMPLETE, Status
@@ -304,17 +304,17 @@ class _Quantity(float):
 
 @dataclass(frozen=True)
 class _Kind:
-    """Unit and dimension of a number, and True for an angle (None if unknown, as for a product)."""
+    """Unit and dimension of a number, and its power of radians (None if unknown, as for a product)."""
 
     unit: str
     dimension: Dimension
-    angle: bool | None
+    angle: Fraction | None
 
     @staticmethod
     def of(unit: str) -> _Kind:
         """Return the kind of a number with this unit; a unit outside of SI is its own kind."""
         try:
-            return _Kind(unit, dimension(unit), has_radians(unit))
+            return _Kind(unit, dimension(unit), radians(unit))
         except ValueError:
             return _Kind(unit, {unit: Fraction(1)}, None)
 

@@ -105,6 +105,7 @@ def test_a_number_with_a_unit_is_that_number_in_the_si(text, plain):
     [
         ("T_x < 12 deg", "T_x is in s, 12 deg in rad"),
         ("wx < 5 Hz", "wx is in rad/s, 5 Hz in 1/s"),
+        ("wx < 5 deg deg/s", "wx is in rad/s, 5 deg deg/s in rad.2/s"),
         ("F < 5 mN m", "F is in N, 5 mN m in kg m.2/s.2"),
         ("T_x < 5 smoots", "must be numbers in known units: 'smoots' is unknown"),
         ("T_x < 1e999 min", "with numbers up to"),
