@@ -110,7 +110,8 @@ def _formula_font(text: str) -> str:
     Browsers need a font with mathematical tables for subscripts and brackets, which many systems lack.
     """
     formulas = "".join(re.findall(r"<math\b.*?</math>", text, re.DOTALL))
-    signs = frozenset(html.unescape(re.sub(r"<[^>]*>", "", formulas)))
+    written = re.sub(r"<[^>]*>", "", re.sub("<m(sqrt|root)", r"√\g<0>", formulas))  # browsers add the sign of a root
+    signs = frozenset(html.unescape(written))
     if not signs:
         return ""
     data = base64.b64encode(_font(signs)).decode()
@@ -137,5 +138,6 @@ def _font(signs: frozenset[str]) -> bytes:
 def _italic(signs: frozenset[str]) -> set[str]:
     """Return the italic letters with which browsers show one-letter names."""
     block = map(chr, range(0x1D434, 0x1D7CC))
-    italic = {sign for sign in block if unicodedata.name(sign, "").startswith("MATHEMATICAL ITALIC")}
-    return {sign for sign in italic | {"\u210e"} if unicodedata.normalize("NFKC", sign) in signs}
+    italic = (sign for sign in block if unicodedata.name(sign, "").startswith("MATHEMATICAL ITALIC"))
+    plain = {sign: chr(int(unicodedata.decomposition(sign).split()[1], 16)) for sign in (*italic, "\u210e")}
+    return {sign for sign, letter in plain.items() if letter in signs}

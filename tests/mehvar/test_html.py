@@ -5,6 +5,7 @@ import base64
 import builtins
 import io
 import re
+from pathlib import Path
 
 import jinja2
 import pytest
@@ -14,6 +15,14 @@ from mehvar import html
 from mehvar.html import page, quantities, typeset
 from tests.mehvar.browser import chromium
 
+ROOT = Path(__file__).parents[2]
+MODELS = ("triangle", "slosh", "satellite")
+WHOLE = '@font-face { font-family: Formulas; src: url(data:font/woff;base64,%s) format("woff"); }'
+WIDTHS = """
+return [...document.querySelectorAll("math, math *")].map((part) => {
+  return [`${part.tagName} ${part.children.length ? "" : part.textContent}`, part.getBoundingClientRect().width];
+});
+"""
 FORMULA = r"\Omega_3 + \left(\frac{h}{\sqrt{x^2}}\right)"
 
 
@@ -26,7 +35,7 @@ def test_a_page_embeds_the_signs_of_its_formulas_and_no_others():
     font = html._formula_font(f"<p>words</p>{typeset(FORMULA)}")
     data = base64.b64decode(re.search(r"base64,([^)]+)\)", font)[1])
     signs = set(map(chr, TTFont(io.BytesIO(data)).getBestCmap()))
-    assert {"Ω", "𝛺", "3", "+", "(", "ℎ", "𝑥"} <= signs
+    assert {"Ω", "𝛺", "3", "+", "(", "ℎ", "𝑥", "√"} <= signs
     assert not {"w", "∑"} & signs
     assert html._formula_font("<p>words</p>") == ""
 
@@ -68,6 +77,37 @@ def test_a_subscript_is_lowered(latex, tmp_path):
             for k in (0, 1)
         )
     assert below > base + 2
+
+
+SIGNS = (
+    FORMULA,
+    r"\sqrt[3]{x} + \sqrt{3} \left|\frac{a}{b}\right| \ge -1",
+    r"\begin{bmatrix} \mathbf{R} & \dot{q} \\ \tilde\rho & \zeta_1' \end{bmatrix} \boldsymbol{\omega} \times \vec r",
+    r"\begin{cases} \sum_i m_i & x < 0 \\ \lfloor \hat y \rfloor & \text{otherwise} \end{cases}",
+    r"\max\left(-1, \bar{\vartheta}\right) \to \infty \pm \mathrm{atan2}\left(\ddot u, \mathcal{L}\right)",
+)
+
+
+@pytest.mark.soak
+@pytest.mark.parametrize("formulas", [SIGNS, *MODELS])
+def test_the_reduced_font_draws_formulas_as_the_whole_font_does(formulas, tmp_path):
+    """Every element of every formula has the same width; a reduced font rounds heights otherwise."""
+    if isinstance(formulas, str):
+        text = (ROOT / "generated" / formulas / "equations.md").read_text(encoding="utf-8")
+        formulas = re.findall(r"```math\n(.*?)\n```", text, re.DOTALL)
+    body = "".join(f"<p>{typeset(latex)}</p>" for latex in formulas)
+    whole = base64.b64encode(html._FONT.read_bytes()).decode()
+    styles = {"reduced": html._formula_font(body), "whole": WHOLE % whole}
+    widths = {}
+    with chromium() as browser:
+        for name, style in styles.items():
+            page = f"<!doctype html><style>{style} math {{ font-family: Formulas }}</style>{body}"
+            (tmp_path / f"{name}.html").write_text(page, encoding="utf-8")
+            browser.get((tmp_path / f"{name}.html").as_uri())
+            browser.execute_async_script("document.fonts.ready.then(arguments[0])")
+            widths[name] = browser.execute_script(WIDTHS)
+    assert len(widths["whole"]) > 50
+    assert {one[0] for one, other in zip(widths["reduced"], widths["whole"], strict=True) if one != other} == set()
 
 
 @pytest.mark.parametrize(
