@@ -142,7 +142,7 @@ class Condition(Located):
     message : str
         Message on violation; `{name}` is replaced by the value of that parameter, `{0}`, `{1}` by the values shown.
     shown : tuple of Expr
-        Further values for the message.
+        Further values for the message of a law's warning; other conditions have none.
     """
 
     margin: Expr

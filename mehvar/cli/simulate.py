@@ -104,8 +104,9 @@ def command(
     assert controller is not None
     values = read_values(settings, find_model(model)) | end_time(t_end)
     opened = _open_loop(model, controller, input_texts, inputs, interpolation)
-    _check_inputs(find_model(model), scenario, values, opened, "--input" if inputs is None else f"--inputs {inputs}")
-    origin = "--set" if t_end is None else Origin("--set", {"t_end": "--t-end"})
+    source = "--input" if inputs is None else f"--inputs {inputs}"
+    _check_inputs(find_model(model), scenario, values, opened, source)
+    origin = Origin("--set", {"inputs": source} | ({} if t_end is None else {"t_end": "--t-end"}))
     return simulate(model, None if opened else controller, scenario, values, out, plot, opened, as_json, origin)
 
 

@@ -124,5 +124,5 @@ def common_step(dt: float, instants: FloatArray, origin: str) -> float:
         step = Fraction(math.gcd(int(step * shared), int(other * shared)), shared)
     if step * _FINEST < fraction(dt):
         allowed = f"multiples of a step that divides dt_out = {dt:g} s: resample them, or give a period to sample at"
-        raise InputError(f"the instants of inputs (from {origin}): must be {allowed}")
+        raise InputError(f"the instants of inputs{origin_text(origin, 'inputs')}: must be {allowed}")
     return float(step)

@@ -51,6 +51,9 @@ static void mv_happen(mv_loop *l, mask lanes, int event);
  * allowed as this value has bits. Own: two or three are needed. Half or twice changes the last digits of the time of
  * one event in thousands. */
 #define SURE 0.125
+/* Distance before the end of a search at which the guard must not have crossed, as a share of the tolerance. Own: a
+ * little less than the half that ends a search. */
+#define CONFIRMED 0.45
 /* Largest number of bisections or secant steps of a search, which needs about eight. */
 #define SEARCHES 60
 
@@ -98,16 +101,18 @@ static inline mask mv_counts(const mv_loop *l, int event, real side)
 }
 
 /* Return the part of the step at which a guard, `first` at `low` and `last` at `high`, has crossed: the upper end of
- * the last bracket. */
+ * the last bracket. A secant misjudges a guard that is flat at its zero; so where a secant shows that the upper end is
+ * near, a point before it must confirm this, or the interval is halved from then on. */
 static real mv_search(mv_loop *l, real h, int event, mask lanes, real low, real high, real first, real last, real tolerance)
 {
     const real side = mv_side(first);
     real g[EVENTS + 1], again = SPLAT(0);
-    mask open = lanes;
+    mask open = lanes, near = mv_none(), flat = mv_none();
     for (int k = 0; k < SEARCHES && mv_any(open); k++) {
         const real width = high - low, secant = high - width * last / (last - first) + tolerance * K(0.25);
-        const mask inside = AND(LT(low, secant), LT(secant, high));
-        const real middle = low + K(0.5) * width, part = k < SEARCHES / 2 ? SELECT(inside, secant, middle) : middle;
+        const mask inside = AND(AND(LT(low, secant), LT(secant, high)), NOT(flat));
+        const real middle = low + K(0.5) * width, next = k < SEARCHES / 2 ? SELECT(inside, secant, middle) : middle;
+        const real part = SELECT(near, high - K(CONFIRMED) * tolerance, next);
         mv_guards_within(l, h, part, g);
         const mask past = AND(open, NE(mv_side(g[event]), side)), before = AND(open, NOT(past));
         first = SELECT(AND(past, LT(K(0), again)), first * K(0.5), first); /* the Illinois rule */
@@ -118,8 +123,9 @@ static real mv_search(mv_loop *l, real h, int event, mask lanes, real low, real 
         low = SELECT(before, part, low);
         first = SELECT(before, g[event], first);
         const real overshoot = mv_fabs(last * (high - low) / (last - first));
-        const mask near = OR(LE(high - low, tolerance * K(0.5)), AND(past, LE(overshoot, tolerance * K(0.5))));
-        open = AND(open, NOT(near));
+        open = AND(open, LT(tolerance * K(0.5), high - low));
+        flat = OR(flat, AND(near, past));
+        near = AND(AND(past, NOT(flat)), LE(overshoot, tolerance * K(0.5)));
     }
     return high;
 }
@@ -228,7 +234,7 @@ static mask mv_watch(mv_loop *l, real h, mask open, mask lanes)
         const mask fires = AND(happens, OR(LT(K(0), l->fires[e]), AND(near, mv_counts(l, e, side))));
         l->fires[e] = SELECT0(fires, SPLAT(1));
         const mask still = AND(AND(LT(K(0), l->resting[e]), EQ(side, K(0))), NOT(fires));
-        l->zero[e] = SELECT(fires, l->reaches[e] * (K(RESTING) + past), K(RESTING) * now);
+        l->zero[e] = SELECT(fires, mv_max(l->reaches[e] * (K(RESTING) + past), now), K(RESTING) * now);
         l->noise[e] = SELECT(AND(moves, NOT(still)), SELECT0(AND(fires, rough), l->zero[e]), l->noise[e]);
         l->side[e] = SELECT(moves, SELECT(fires, SPLAT(0), side), l->side[e]);
         l->guard[e] = SELECT(moves, l->guard_end[e], l->guard[e]);
@@ -267,7 +273,7 @@ static void mv_take_sides(mv_loop *l)
         const mask same = l->started ? EQ(g[e], l->guard[e]) : mv_none();
         l->side[e] = SELECT(same, l->side[e], mv_side(g[e]));
         l->resting[e] = SELECT(same, l->resting[e], SELECT0(EQ(g[e], K(0)), SPLAT(1)));
-        l->noise[e] = SELECT0(same, l->noise[e]);
+        l->noise[e] = SELECT0(AND(same, NE(g[e], K(0))), l->noise[e]);
         l->guard[e] = g[e];
         if (l->started) continue;
         l->begins[e] = l->resting[e];

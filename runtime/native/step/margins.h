@@ -2,12 +2,13 @@
 /* Limits: margins must be positive along a run. The run ends where a margin is not positive.
  *
  * If a step ends beyond a limit, it is repeated up to the zero of the margin, which is found by secants, until the
- * step ends past the limit by at most the tolerance. A margin may also touch zero within a step and rise again: for
- * example, the sum of two rods less the third, when they become collinear; the motion behind it is another one. So
- * if the tangent of a margin reaches zero within a step and the margin rises behind it, the step is repeated up to
- * that point, which is half way to the point where a parabola touches. Steps become shorter until one ends beyond
- * the limit or the margin turns earlier. Fixed steps cannot be shortened; they end the run. These checks do not
- * change steps that stay away from the limits. */
+ * step ends past the limit by at most the tolerance. A secant misjudges a margin that is flat beyond its zero; so if
+ * the margin is not positive one tolerance before the end either, half of the step is tried. A margin may also touch
+ * zero within a step and rise again: for example, the sum of two rods less the third, when they become collinear; the
+ * motion behind it is another one. So if the tangent of a margin reaches zero within a step and the margin rises
+ * behind it, the step is repeated up to that point, which is half way to the point where a parabola touches. Steps
+ * become shorter until one ends beyond the limit or the margin turns earlier. Fixed steps cannot be shortened; they
+ * end the run. These checks do not change steps that stay away from the limits. */
 #ifndef MEHVAR_MARGINS_H
 #define MEHVAR_MARGINS_H
 
@@ -84,6 +85,19 @@ static mask mv_touches(mv_loop *l, real h, real after, mask lanes, real *least)
     return touched;
 }
 
+/* Return those of `lanes` that are beyond a limit already at the time `before` the end of the step q -> y. */
+static mask mv_broken_before(mv_loop *l, real after, real before, mask lanes)
+{
+    real earlier[NQ], margin[LIMITS + 1];
+    mask beyond = mv_none();
+    if (!mv_any(lanes)) return beyond;
+    mv_slope(l, after, l->y, l->stage);
+    for (int i = 0; i < NQ; i++) earlier[i] = l->y[i] - before * l->stage[i];
+    mv_margins(l, after - before, earlier, margin);
+    for (int i = 0; i < LIMITS; i++) beyond = OR(beyond, AND(lanes, NOT(LT(K(0), margin[i]))));
+    return beyond;
+}
+
 /* Return those of `lanes` that may accept the step q -> y of length h to `after`. The others repeat it up to l->aim. */
 static mask mv_within_limits(mv_loop *l, real h, real after, mask lanes)
 {
@@ -104,7 +118,10 @@ static mask mv_within_limits(mv_loop *l, real h, real after, mask lanes)
     l->broken = OR(crossed, touched);
     if (!ORDER) return lanes;
     const real tolerance = SPLAT(LIMIT_TIME * l->schedule->t[l->schedule->ticks - 1]);
-    const mask again = AND(l->broken, AND(LT(tolerance, h), LT(tolerance, past * h)));
+    const mask far = AND(l->broken, AND(LT(tolerance, h), LT(tolerance, past * h)));
+    const mask late = mv_broken_before(l, after, tolerance, AND(AND(crossed, NOT(far)), LT(tolerance, h)));
+    const mask again = OR(far, late);
+    part = SELECT(late, SPLAT(0.5), part);
     l->held = SELECT(again, l->held * K(0.5), SPLAT(1)); /* the Illinois rule */
     l->aim = SELECT(again, mv_max(part * h, tolerance * K(0.5)), l->aim);
     l->h = SELECT(again, mv_min(l->h, l->aim), l->h); /* the next look ahead is near, too */

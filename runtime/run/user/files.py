@@ -18,6 +18,7 @@ from ...arguments import number
 from ...files import checked_ending
 from ...model.functions import FloatArray
 from ..formats import open_result
+from .inputs import commands_act_later
 
 if TYPE_CHECKING:
     import xarray
@@ -32,7 +33,9 @@ def read_inputs(path: str | os.PathLike[str], manifest: Manifest) -> Table | xar
     ----------
     path : path
         A result in NetCDF, or a CSV table with a column `t` and a column `NAME` or `u_NAME` per input. A unit in
-        brackets after a name must be the model's. Other columns are ignored if the table is a result.
+        brackets after a name must be the model's. Other columns are ignored if the table is a result. Of a result's
+        inputs and commands the inputs are read, as a table has no delay; but the commands of a plant with delays or an
+        actuator.
     manifest : Manifest
         Manifest of the model.
 
@@ -46,17 +49,16 @@ def read_inputs(path: str | os.PathLike[str], manifest: Manifest) -> Table | xar
         return open_result(path)
     names = [q.name for q in manifest.inputs]
     columns, units = _columns(path)
-    if "t" not in columns:
-        raise bad_value(f"columns of {path}", ", ".join(columns), "t, in seconds, and inputs")
-    commanded = {
-        name: f"{prefix}{name}" for prefix in ("u_", "u_cmd_") for name in names if f"{prefix}{name}" in columns
-    }
-    table = commanded or {name: name for name in columns if name != "t"}
-    for name in table:
-        if name not in names:
-            raise unknown_name(f"input of {manifest.model}", name, names, os.fspath(path))
-        if name in columns and table[name] != name:
-            raise bad_value(f"columns of {path}", f"{name}, {table[name]}", f"one column of {name}")
+    kinds = ("u_cmd_", "u_", "") if commands_act_later(manifest) else ("u_", "u_cmd_", "")
+    table = {name: next((f"{kind}{name}" for kind in kinds if f"{kind}{name}" in columns), "") for name in names}
+    table = {name: column for name, column in table.items() if column}
+    if all(name == column for name, column in table.items()):
+        for column in columns:
+            if column not in ("t", *names):
+                raise unknown_name(f"input of {manifest.model}", column, names, os.fspath(path))
+    for name, column in table.items():
+        if name in columns and column != name:
+            raise bad_value(f"columns of {path}", f"{name}, {column}", f"one column of {name}")
     expected = {"t": "s"} | {table[q.name]: q.unit for q in manifest.inputs if q.name in table}
     for column, unit in expected.items():
         if units[column] not in (None, unit):
@@ -75,6 +77,10 @@ def _columns(path: str | os.PathLike[str]) -> tuple[dict[str, FloatArray], dict[
     names = [title[1] for title in titles if title]
     if len(names) != len({*names}):
         raise bad_value(f"columns of {path}", ", ".join(names), "one of each name")
+    if "t" not in names:
+        raise bad_value(f"columns of {path}", ", ".join(names), "t, in seconds, and inputs, separated by commas")
+    if not rows:
+        raise bad_value(f"rows of {path}", 0, "one or more")
     numbers = np.empty((len(rows), len(names)))
     for k, row in enumerate(rows):
         values = [value for cell in row if (value := number(cell)) is not None]

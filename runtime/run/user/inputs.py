@@ -248,7 +248,12 @@ def _check_inputs(run: Any, manifest: Manifest, origin: str) -> None:
 
 def _replays_commands(run: Any, manifest: Manifest) -> bool:
     """Return True if commands give the run again: its delay is known, or its plant has delays or an actuator."""
-    return "options" in run.attrs or bool(manifest.delays) or "actuate" in manifest.functions
+    return "options" in run.attrs or commands_act_later(manifest)
+
+
+def commands_act_later(manifest: Manifest) -> bool:
+    """Return True if a plant has delays or an actuator: its commands repeat a run, its inputs do not."""
+    return bool(manifest.delays) or "actuate" in manifest.functions
 
 
 def _numbers(run: Any, name: str, origin: str) -> FloatArray:

@@ -60,6 +60,9 @@ def test_errors_of_a_file_name_it(tmp_path: Path) -> None:
             command(model="satellite", controller="none", inputs=file)
         assert "--set" not in str(refusal.value)
         assert str(file) in str(refusal.value)
+    file.write_text("t [s],Ty [N m]\n0,0\n2.00000012345,0.1\n")
+    with pytest.raises(InputError, match=r"the instants of inputs \(from --inputs .*in.csv\): must be multiples"):
+        command(model="satellite", controller="none", inputs=file)
     file.write_text("t [s],Ty [N m]\n0,0\n2,0.1\n")
     with pytest.raises(InputError, match=r"from --inputs .*in.csv\): must be known until the end of the run, 4 s"):
         command(model="satellite", controller="none", inputs=file, interpolation="linear", t_end="4")

@@ -126,3 +126,38 @@ def test_behind_a_reset_a_run_begins_with_a_step_of_its_own(folder: Path, method
     slow, fast = (simulate(folder, "free", k_next=k, **options) for k in (1.0, 1e3))
     assert times(slow, "change") == times(fast, "change")
     assert slow.statistics["rejected"] == fast.statistics["rejected"]
+
+
+def struck(shape) -> System:
+    """A mass on a spring, struck where it passes a place: each time with another sign and a faster clock."""
+    x = Group("x", (quantity("a", "1"), quantity("v", "1"), quantity("mode", "1")))
+    rows = (("w", "1/s", 2.73), ("place", "1", 0.32), ("keep", "1", 1.18))
+    p, u = Group("p", tuple(parameter(*row) for row in rows)), Group("u", (quantity("push", "1/s"),))
+    blow = {x.v: -p.keep * x.v + p.place / 10, x.mode: (3 - x.mode) / 2}
+    return table(
+        x, u, p, name="struck", title="a mass on a spring", scenario_parameters=Group("s", ()),
+        initial=(sp.S.Zero, 9 * (p.place + 2) / 10, sp.S.One),
+        rhs=(p.w * x.v * x.mode, u.push - p.w * (x.a * (1 + x.mode / 4) + x.v / 20), sp.S.Zero),
+        events=(Event("blow", shape(x.a - p.place), "either", blow),),
+        controllers=(Controller("free", "", Group("c", ()), (sp.S.Zero,)),),
+        scenarios=(Scenario("plain", "", 8.0, 0.1, {}, {}, {}),),
+    )  # fmt: skip
+
+
+@pytest.mark.parametrize("method", ADAPTIVE)
+def test_the_shape_of_a_guard_does_not_move_its_events(tmp_path: Path, method: str) -> None:
+    """Flat at its zero, where secants mislead, or steep, where it is far from zero after the smallest time."""
+    shapes = {
+        "line": lambda gap: gap, "cube": lambda gap: gap**3, "root": lambda gap: sp.sign(gap) * sp.sqrt(sp.Abs(gap)),
+        "edge": lambda gap: sp.sign(gap) + gap,
+    }  # fmt: skip
+    folders = {name: tmp_path / name for name in shapes}
+    for name, place in folders.items():
+        place.mkdir()
+        written(struck(shapes[name]), place)
+    for place, keep in ((0.32, 1.18), (0.42, 0.39)):
+        settings = {"method": method, "place": place, "keep": keep}
+        events = {name: times(simulate(at, "free", **settings), "blow") for name, at in folders.items()}
+        assert len(events["line"]) > 1
+        for instants in events.values():
+            assert instants == pytest.approx(events["line"], abs=1e-8)

@@ -76,6 +76,24 @@ def test_a_margin_that_crosses_zero_is_located(folder, law, backend):
             assert run.statistics["rejected"] <= 6
 
 
+@pytest.mark.parametrize("shape", ["flat", "shallow", "cube", "steep", "jump"])
+def test_the_slope_of_a_margin_beyond_zero_does_not_move_the_end(shape, tmp_path):
+    """A secant does not see where a margin that is flat beyond zero has crossed it."""
+    room = (X.a - P.low) / P.most
+    margin = {
+        "flat": sp.Max(room, 0), "shallow": sp.Piecewise((room, room > 0), (room / 10**9, True)), "cube": room**3,
+        "steep": sp.Piecewise((room, room > 0), (room * 10**9, True)), "jump": sp.sign(room),
+    }[shape]  # fmt: skip
+    shown = Group("y", tuple(quantity(f"p_{q.name}", q.unit) for q in P))
+    system = swinging(limits=(Condition(margin, "the mass is below {low} m"),), outputs=shown, output=P.symbols)
+    shaped = mehvar.load(written(system, tmp_path))
+    for law in LAWS:
+        for method in ADAPTIVE:
+            run = simulate(shaped, law, a_0=2.0, low=1.0, most=1.0, method=method, t_end=5.0)
+            assert (run.status, run.violated) == (Status.LIMIT, 0)
+            assert run.t_stop == pytest.approx(math.pi / 3, abs=1e-8)
+
+
 @pytest.mark.parametrize("backend", ["c", "python"])
 def test_a_margin_that_falls_at_a_constant_rate_is_located_at_the_first_trial(folder, backend):
     """Later, and in the first step."""
