@@ -193,9 +193,9 @@ def batch(
         Parameters and initial states that all runs share.
     inputs, interpolation, period, memory
         As in `simulate`; the same in all runs. Inputs that are not held need a period.
-    vary : mapping of str to str, optional
+    vary : mapping of str to str or sequence of float, optional
         Distributions of parameters or initial states by name, as in `{"m1": "normal(50, 2)"}`, with units as in
-        `"uniform(10 deg, 20 deg)"`. Or a list of values, one per run, whose length is the number of runs.
+        `"uniform(10 deg, 20 deg)"`. Or a sequence of values, one per run, whose length is the number of runs.
     points : pandas.DataFrame, mapping or path, optional
         Given points: a column per varied name and a row per run; a path names a CSV file.
     design : {"grid"}, optional
@@ -423,15 +423,9 @@ def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) ->
 
 
 def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[str, str]:
-    """Return distributions in the units of their variables.
-
-    Values of other types pass unchanged; a later check refuses them.
-    """
+    """Return distributions in the units of their variables."""
     units = setting_units(manifest) | {q.name: q.unit for q in manifest.states}
-    return {
-        names: distribution(names, text, units, origin) if isinstance(text, str) else text
-        for names, text in vary.items()
-    }
+    return {names: distribution(names, text, units, origin) for names, text in vary.items()}
 
 
 def _connected(scheduler: str | Client | None) -> AbstractContextManager[Client | None]:

@@ -14,6 +14,7 @@ from mehvar.base.manifest import Manifest
 from mehvar.base.units import radians, unit_text
 
 from .arguments import number
+from .batch.dispersions import read_dispersions
 from .run.options import OPTIONS
 
 if TYPE_CHECKING:
@@ -66,7 +67,7 @@ def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -
     Raises
     ------
     InputError
-        If pint does not know a unit, its dimension is wrong, or the distribution takes no units.
+        If pint does not know a unit, its dimension is wrong, or the text is no distribution.
     """
     targets = {units.get(name.strip()) for name in names.split(",")}
     kind = text.partition("(")[0].strip()
@@ -77,7 +78,10 @@ def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -
             raise bad_value(names, text, allowed, origin)
         return text
     (unit,) = targets
-    return _ARGUMENT.sub(lambda match: str(read_value(match[1], unit, names, origin)), text)
+    converted = _ARGUMENT.sub(lambda match: str(read_value(match[1], unit, names, origin)), text)
+    if converted != text:
+        read_dispersions({names: converted}, origin, {names: text})
+    return converted
 
 
 def read_value(text: str, unit: str | None = None, name: str = "value", origin: str = "") -> float | str:
