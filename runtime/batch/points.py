@@ -121,7 +121,7 @@ def _is_list(values: Any) -> bool:
     """Return True for any sequence with one index, such as a range or a column of a table."""
     try:
         return np.ndim(values) == 1
-    except ValueError:  # rows of different lengths
+    except (ValueError, TypeError):  # rows of different lengths, or a table
         return False
 
 
