@@ -14,7 +14,6 @@ from mehvar.base.manifest import Manifest
 from mehvar.base.units import radians, unit_text
 
 from .arguments import number
-from .batch.dispersions import read_dispersions
 from .run.options import OPTIONS
 
 if TYPE_CHECKING:
@@ -67,7 +66,7 @@ def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -
     Raises
     ------
     InputError
-        If pint does not know a unit, its dimension is wrong, or the text is no distribution.
+        If pint does not know a unit, its dimension is wrong, or the distribution takes no units.
     """
     targets = {units.get(name.strip()) for name in names.split(",")}
     kind = text.partition("(")[0].strip()
@@ -78,10 +77,7 @@ def distribution(names: str, text: str, units: Mapping[str, str], origin: str) -
             raise bad_value(names, text, allowed, origin)
         return text
     (unit,) = targets
-    converted = _ARGUMENT.sub(lambda match: str(read_value(match[1], unit, names, origin)), text)
-    if converted != text:
-        read_dispersions({names: converted}, origin, {names: text})
-    return converted
+    return _ARGUMENT.sub(lambda match: str(read_value(match[1], unit, names, origin)), text)
 
 
 def read_value(text: str, unit: str | None = None, name: str = "value", origin: str = "") -> float | str:

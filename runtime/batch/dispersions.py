@@ -17,6 +17,7 @@ import numpy as np
 from mehvar.base.errors import InputError, bad_value, unknown_name
 
 from ..arguments import parsed
+from ..units import distribution
 from .sampling import FloatArray, exponential, normal_quantile
 
 Quantile = Callable[[FloatArray], FloatArray]
@@ -87,6 +88,19 @@ def read_dispersions(
     if twice:
         raise InputError(f"{twice[0]} is given twice (from {origin})")
     return tuple(dispersions)
+
+
+def in_units(vary: Mapping[str, str], units: Mapping[str, str], origin: str) -> dict[str, str]:
+    """Return distributions in the units of their variables.
+
+    Raises
+    ------
+    InputError
+        As of `read_dispersions` and of units; with the text as it was written.
+    """
+    result = {names: distribution(names, text, units, origin) for names, text in vary.items()}
+    read_dispersions({names: text for names, text in result.items() if text != vary[names]}, origin, vary)
+    return result
 
 
 class _RefusedError(ValueError):
