@@ -104,7 +104,7 @@ def read_value(text: str, unit: str | None = None, name: str = "value", origin: 
     return _converted(text, parts[1], parts[2], unit, name, origin) if unit and parts else text
 
 
-def without_units(text: str, quantity: Callable[[float, str, str], str], name: str) -> str:
+def without_units(text: str, quantity: Callable[[float, float, str, str], str], name: str) -> str:
     """Return a formula in which other texts replace numbers with units.
 
     Parameters
@@ -112,7 +112,8 @@ def without_units(text: str, quantity: Callable[[float, str, str], str], name: s
     text : str
         As in "T_x < 2 min and final(roll) < 5 deg".
     quantity : callable
-        Returns the replacement of a quantity, given number and unit in SI and its text.
+        Returns the replacement of a quantity, given number, opposite and unit in SI, and its text. The opposite is
+        the number with the other sign before its unit.
     name : str
         For the message.
 
@@ -124,15 +125,16 @@ def without_units(text: str, quantity: Callable[[float, str, str], str], name: s
     return _QUANTITY.sub(lambda match: quantity(*_in_si(match, text, name), match[0]), text)
 
 
-def _in_si(match: re.Match[str], text: str, name: str) -> tuple[float, str]:
+def _in_si(match: re.Match[str], text: str, name: str) -> tuple[float, float, str]:
     from pint import PintError
 
     try:
-        value = _units().Quantity(float(match["number"]), match["unit"]).to_base_units()
+        number = float(match["number"])
+        value, opposite = (_units().Quantity(n, match["unit"]).to_base_units() for n in (number, -number))
         powers = {_BASE[base]: Fraction(power).limit_denominator(12) for base, power in value.unit_items()}
     except (PintError, ArithmeticError, AssertionError, KeyError) as error:
         raise bad_value(name, text, f"numbers in known units: {match['unit']!r} is unknown") from error
-    return float(value.magnitude), unit_text(powers)
+    return float(value.magnitude), float(opposite.magnitude), unit_text(powers)
 
 
 def _converted(text: str, number: str, given: str, unit: str, name: str, origin: str) -> float:

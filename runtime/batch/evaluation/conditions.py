@@ -115,11 +115,11 @@ class _Expression:
                 return _times(self._kind(one, units), self._kind(other, units), 1 if sign == "*" else -1)
         return None
 
-    def _quantity(self, value: float, unit: str, text: str) -> str:
+    def _quantity(self, value: float, negative: float, unit: str, text: str) -> str:
         """Store a number that has a unit under an unused name, and return the name."""
         name = f"quantity\N{MIDDLE DOT}{len(self._quantities)}"
         quantity = self._quantities[name] = _Quantity(self._finite(value))
-        quantity.unit, quantity.text = unit, text
+        quantity.opposite, quantity.unit, quantity.text = negative, unit, text
         return name
 
     def _refused(self, allowed: str | None = None) -> InputError:
@@ -139,16 +139,28 @@ class _Expression:
                 self._finite(value)
                 return value
             case ast.UnaryOp(op=ast.USub(), operand=operand):
-                return ["-", self._number(operand)]
+                number = self._number(operand)
+                return number.negative() if isinstance(number, _Quantity) and number.is_level else ["-", number]
             case ast.BinOp(left=left, op=ast.Add() | ast.Sub() | ast.Mult() | ast.Div() as op, right=right):
                 tree = [_SIGNS[type(op)], self._number(left), self._number(right)]
+                self._check_levels(tree)
                 if not any(isinstance(leaf, str) for leaf in _leaves(tree)):
                     with np.errstate(all="ignore"):
                         self._finite(_value(tree, {}))
                 return tree
             case ast.Call(func=ast.Name(id="abs"), args=[argument], keywords=[]):
-                return ["abs", self._number(argument)]
+                tree = ["abs", self._number(argument)]
+                self._check_levels(tree)
+                return tree
         raise self._refused()
+
+    def _check_levels(self, *trees: Any) -> None:
+        """Refuse arithmetic with a level: 5 degC in it may stand for a temperature or for a difference of two."""
+        leaves = (leaf for tree in trees for leaf in (_leaves(tree) if isinstance(tree, list) else [tree]))
+        if level := next((leaf for leaf in leaves if isinstance(leaf, _Quantity) and leaf.is_level), None):
+            raise self._refused(
+                f"{self._usage}, with levels such as {level.text} only beside a name: in arithmetic take SI"
+            )
 
     def _finite(self, value: float) -> float:
         """Return a constant as a double; refuse an overflow, such as 1/0."""
@@ -246,6 +258,8 @@ class Criterion(_Expression):
                 return ["and", [_SIGNS[type(equality)], name, whole]]
             case ast.Compare(left=left, ops=ops, comparators=rest) if all(isinstance(op, _Order) for op in ops):
                 sides = [self._number(side) for side in (left, *rest)]
+                if any(isinstance(leaf, str) for side in sides if isinstance(side, list) for leaf in _leaves(side)):
+                    self._check_levels(*sides)
                 return ["and", *map(list, zip((_SIGNS[type(op)] for op in ops), sides, sides[1:], strict=False))]
         raise self._refused()
 
@@ -296,10 +310,22 @@ class Number(_Expression):
 
 
 class _Quantity(float):
-    """A number with unit, in SI, and its text."""
+    """A number with unit, in SI, the same with the other sign before its unit, and its text."""
 
+    opposite: float
     unit: str
     text: str
+
+    @property
+    def is_level(self) -> bool:
+        """True if its unit does not count from zero or not in equal steps, as degC and dB."""
+        return self.opposite != -self
+
+    def negative(self) -> _Quantity:
+        """Return the number with the other sign before its unit: -20 degC is 253.15 K."""
+        negative = _Quantity(self.opposite)
+        negative.opposite, negative.unit, negative.text = float(self), self.unit, f"-{self.text}"
+        return negative
 
 
 @dataclass(frozen=True)

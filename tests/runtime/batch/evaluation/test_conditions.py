@@ -132,3 +132,35 @@ def test_a_number_is_read_as_python_reads_it(number, form):
 def test_a_text_that_is_no_number_is_refused_as_it_was_written(text):
     with pytest.raises(InputError, match=rf"^cost = '{re.escape(text)}'.*: must be a number such as"):
         Number(text, "cost")
+
+
+@pytest.mark.parametrize(
+    ("condition", "limit"),
+    [
+        ("T < -20 degC", 253.15),
+        ("T < 20 degC", 293.15),
+        ("-300 K < T < -1 degC", 272.15),
+        ("T < -4 degF", 253.15),
+        ("T < --20 degC", 293.15),
+        ("T < -20 dB", 0.01),
+        ("T < -20 K", -20.0),
+    ],
+)
+def test_a_sign_before_a_level_belongs_to_the_level(condition, limit):
+    assert Criterion(condition)({"T": np.array([limit - 1e-6, limit + 1e-6])}).tolist() == [True, False]
+
+
+@pytest.mark.parametrize(
+    "condition",
+    [
+        "T - T_y < 5 degC",
+        "abs(T - 5 degC) < 1 K",
+        "2 * 5 degC > T",
+        "abs(T) < 5 degC",
+        "-T < 5 degC",
+        "T < 1 K + 0 degC",
+    ],
+)
+def test_arithmetic_with_a_level_is_refused(condition):
+    with pytest.raises(InputError, match=r"levels such as \d degC only beside a name"):
+        Criterion(condition)
