@@ -26,6 +26,9 @@ HALF = sp.Rational(1, 2)
 NODES = (sp.S.Zero, HALF, HALF, sp.S.One)
 """Nodes of the classical Runge-Kutta method. With the midpoint rule at a tenth of a radian per sample, the mean squared
 error was 0.8 % above the covariance; its 95 % band over 10^4 runs is 1.6 %."""
+GAUSS = tuple(HALF + sign / sp.sqrt(12) for sign in (-1, 1))
+"""Gauss's two nodes. With noise at the end of a sample instead, the mean squared error of an oscillator at 51 samples a
+turn was 1.6 instead of 2."""
 _LATE = "a delay must be at most 1 sample: the memory has the inputs of one"
 Start = Mapping[str, tuple[Expr | float, Expr | float]]
 
@@ -194,6 +197,7 @@ class ExtendedFilter:
             wiener = self.of.diffusion.wiener
             drive = self.at("wiener", following, wiener, acting).jacobian(self.of.diffusion.change, wiener.symbols)
             columns += [(drive[:, k], t) for k in range(drive.cols)]
+        columns = self._spread(columns, following, acting)
         if self.of.random_step:
             e, after = self.of.random_step.noise, self.of.random_step.after
             at = self.at("jump", following, e, acting)
@@ -201,6 +205,24 @@ class ExtendedFilter:
             following = at.values(after)
             columns = [(turn * column, q) for column, q in columns] + [(drive[:, k], sp.S.One) for k in range(len(e))]
         return following, turn, columns
+
+    def _spread(
+        self, columns: list[tuple[sp.Matrix, Expr]], x: Sequence[Expr], acting: Mapping[sp.Symbol, Expr]
+    ) -> list[tuple[sp.Matrix, Expr]]:
+        """Return columns of noise that acts throughout a sample: at Gauss's two nodes, then along the flow."""
+        if not columns:
+            return columns
+        define, spread = self.stage("drift"), []
+        slope = self.at("drift", x, inputs=acting).jacobian(self.of.rhs, self.of.states.symbols)
+        slope = _named(define, "by", slope, "slope of a rate at the next sample")
+        for k, (column, variance) in enumerate(columns, 1):
+            turned = _named(define, f"turned{k}_", slope * column, "change of a column of noise")
+            if turned.is_zero_matrix:
+                spread.append((column, variance))
+                continue
+            for age in (self.period * node for node in GAUSS):
+                spread.append((column + age * (turned + age / 2 * (slope * turned)), variance / 2))
+        return spread
 
     def report(self) -> Output:
         """Report the normalised squared estimation error before the measurements."""

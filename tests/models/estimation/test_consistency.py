@@ -6,13 +6,14 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import sympy as sp
+from scipy.linalg import expm
 from scipy.stats import chi2
 
 import mehvar
-from mehvar import Group, Quantity, RandomStep, Sensor, estimated
+from mehvar import Diffusion, Group, Quantity, RandomStep, Sensor, estimated
 
+from .swing import SIGMA, SIGMA_G, WALK, C, E, K, P, U, Y, swing
 from .swing import START as PENDULUM
-from .swing import C, E, P, U, Y, swing
 
 RUNS, EVERY = 10_000, 0.5
 LINEAR = Group("x", (
@@ -23,15 +24,40 @@ KICK = Group("e", (Quantity("e_p", "1", "change of the push"),))
 START = {"angle": (0.5, 0.3), "rate": (0.0, 0.3), "push": (0.0, 0.2)}
 
 
-def spring():
+WIENER = Group("w", (Quantity("W", "s^(1/2)", "wind"),))
+
+
+def spring(**changes):
     """Return a linear oscillator under a push that walks."""
     x = LINEAR
-    return swing(
-        name="spring", states=x, steps=(), rhs=(x.rate, -P.k / P.J * x.angle + x.push + U.torque / P.J, 0),
-        sensor=Sensor(E, (x.angle + P.sigma * E.e_s, x.rate + P.sigma_g * E.e_g), Y),
-        random_step=RandomStep(KICK, (x.angle, x.rate, x.push + P.walk / sp.sqrt(P.Ts) * KICK.e_p)),
-        controllers=(mehvar.Controller("pd", "a law", C, (-C.kp * x.angle - C.kd * x.rate,), period="Ts"),),
-    )  # fmt: skip
+    parts = {
+        "name": "spring", "states": x, "steps": (), "rhs": (x.rate, -P.k / P.J * x.angle + x.push + U.torque / P.J, 0),
+        "sensor": Sensor(E, (x.angle + P.sigma * E.e_s, x.rate + P.sigma_g * E.e_g), Y),
+        "random_step": RandomStep(KICK, (x.angle, x.rate, x.push + P.walk / sp.sqrt(P.Ts) * KICK.e_p)),
+        "controllers": (mehvar.Controller("pd", "a law", C, (-C.kp * x.angle - C.kd * x.rate,), period="Ts"),),
+    }  # fmt: skip
+    return swing(**(parts | changes))
+
+
+@pytest.mark.parametrize("period", [0.05, 0.2])
+@pytest.mark.parametrize("kind", ["extended", "sigma-point"])
+def test_noise_acts_throughout_a_sample(kind, period):
+    """The covariance is that of van Loan's integral of the noise."""
+    wind = spring(random_step=None, diffusion=Diffusion(WIENER, (0, 0, P.walk / P.Ts * WIENER.W)))
+    model = mehvar.build(estimated(wind, "pd", START, {"rate": 0.3}, kind=kind))
+    options = {"method": "euler", "step": period, "dt_out": period, "t_end": 20 * period}
+    run = mehvar.simulate(model, "pd", Ts=period, **options)
+    A, H, R = np.array([[0, 1, 0], [-K, 0, 1], [0, 0, 0]]), np.eye(2, 3), np.diag([SIGMA**2, SIGMA_G**2])
+    W = np.diag([0, 0.3**2, (WALK / period) ** 2])
+    whole = expm(np.block([[-A, W], [np.zeros((3, 3)), A.T]]) * period)
+    F, V = whole[3:, 3:].T, np.diag([d**2 for _, d in START.values()])
+    for k in range(run.sizes["t"]):
+        D, upper = np.diag([float(run[f"est_D{i}"][k]) for i in (1, 2, 3)]), np.eye(3)
+        for i, j in ((1, 2), (1, 3), (2, 3)):
+            upper[i - 1, j - 1] = float(run[f"est_U{i}{j}"][k])
+        scale = np.sqrt(np.diag(V))
+        np.testing.assert_allclose(upper @ D @ upper.T / scale / scale[:, None], V / scale / scale[:, None], atol=0.01)
+        V = F @ (V - V @ H.T @ np.linalg.solve(H @ V @ H.T + R, H @ V)) @ F.T + F @ whole[:3, 3:]
 
 
 def means(system, start, kind, seed):
