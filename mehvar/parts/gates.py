@@ -18,7 +18,8 @@ from mehvar.physics.balances import Balances, apart
 from mehvar.physics.machine import Array
 
 _POINTS = 4
-"""Number of random states; a wrong term of any size breaks a law at each of them but by chance."""
+"""Number of random states; a wrong term of any size breaks a law at each of them but by chance. Each state also counts
+with the opposite motion, because a term may be wrong for one sign only, as friction without the sign of its speed."""
 _BOOST = np.array([3.0, -2.0, 5.0])
 """A constant velocity, m/s: about that of the random states."""
 
@@ -36,7 +37,8 @@ def gates(craft: Spacecraft) -> dict[str, float]:
     reverse = copy.copy(craft)
     reverse.parts = craft.parts[::-1]
     balances, other = Balances(system), Balances(reverse.system())
-    points = [balances.sample(rng) for _ in range(_POINTS)]
+    drawn = [balances.sample(rng) for _ in range(_POINTS)]
+    points = [*drawn, *((balances.opposite(x), u) for x, u in drawn)]
     errors = [error for x, u in points for error in _of_craft(craft, balances, other, x, u)]
     for terms in craft.numbers(_terms, [{q.name: x[q.name] for q in system.states} for x, _ in points]):
         errors += _of_parts(craft.parts, [np.array(values) for values in terms])

@@ -67,7 +67,16 @@ class Balances:
     def _state(self, rng: np.random.Generator) -> Array:
         """Return a random state on its manifold. States that are zero at the start are near one, others near it."""
         spread = rng.normal(size=len(self.start))
-        x = np.where(self.start == 0, spread, self.start * (1 + 0.1 * spread))
+        return self._projected(np.where(self.start == 0, spread, self.start * (1 + 0.1 * spread)))
+
+    def opposite(self, x: Mapping[str, float]) -> dict[str, float]:
+        """Return a state with the other sign of each quantity that is zero at the start, as all speeds are."""
+        values = np.array([x[name] for name in self.x_names])
+        opposite = self._projected(np.where(self.start == 0, -values, values))
+        return dict(zip(self.x_names, map(float, opposite), strict=True))
+
+    def _projected(self, x: Array) -> Array:
+        """Return the state on its manifold that is near another."""
         if "project" not in self._machine.requests:
             return x
         return self._one("project", *[x, self.p][: len(self._machine.requests["project"].arguments)])

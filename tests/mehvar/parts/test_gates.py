@@ -117,6 +117,19 @@ def test_a_part_with_a_wrong_term_is_refused(wrong, factor, law):
         craft_of(Slide("a", wrong=wrong, factor=factor)).check()
 
 
+def test_friction_without_the_sign_of_its_speed_is_refused():
+    class Rubbing(Slide):
+        def aggregates(self, at):
+            constant, (force,) = at.values.stiffness * at.values.beside, super().aggregates(at).forces
+            return replace(super().aggregates(at), forces=(force - constant,))
+
+    craft = Spacecraft("own")
+    for part in (HUB, Rubbing("a")):  # without an input the speed of the part is positive at every random state
+        craft.add(part)
+    with pytest.raises(ModelError, match="not true: a: its dampers take energy"):
+        craft.check()
+
+
 def test_a_part_that_depends_on_the_order_is_refused():
     class First(SprungMass):
         def aggregates(self, at):
