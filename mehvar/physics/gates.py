@@ -18,7 +18,7 @@ TOLERANCE = 1e-9
 """Relative tolerance. The shipped equations have errors up to 1.2e-12, mostly from differences along the motion.
 Terms below 1e-9 of their equation remain undetected.
 """
-PointFunction = Callable[[Points], Array]
+PointFunction = Callable[[Points], Array | float]
 Change = Callable[[Points], Points]
 
 
@@ -31,16 +31,16 @@ class Gate:
     name : str
         Statement that must hold.
     sides : callable
-        Points -> both sides, each of shape (n,) or (n, size).
+        Points -> both sides, each of shape (n,) or (n, size), or a number.
     """
 
     name: str
-    sides: Callable[[Points], tuple[Array, Array]]
+    sides: Callable[[Points], tuple[Array | float, Array | float]]
 
     def error(self, at: Points) -> float:
         """Return the largest difference over the points, relative to the larger side if that exceeds 1."""
         with np.errstate(all="ignore"):
-            left, right = (np.reshape(side, (len(side), -1)) for side in self.sides(at))
+            left, right = map(_columns, self.sides(at))
             scale = np.maximum(1, np.maximum(np.abs(left).max(axis=1), np.abs(right).max(axis=1)))
             error = (np.abs(left - right).max(axis=1) / scale).max()
         return float(error) if np.isfinite(error) else float("inf")
@@ -98,7 +98,7 @@ def balance(
     name : str
         Name of the gate.
     quantity, supply : callable
-        Points -> values, shape (n,) or (n, size).
+        Points -> values, shape (n,) or (n, size), or a number.
     flow : str
         Name of the right-hand side that moves the points.
     where : callable, optional
@@ -210,5 +210,7 @@ def dot(a: Array, b: Array) -> Array:
     return np.asarray(np.sum(a * b, axis=-1))
 
 
-def _columns(values: Array) -> Array:
-    return np.reshape(values, (len(values), -1))
+def _columns(values: Array | float) -> Array:
+    """Return one row per point; a number, such as the power 0, is the same at each."""
+    array = np.asarray(values)
+    return array.reshape(len(array) if array.ndim else 1, -1)

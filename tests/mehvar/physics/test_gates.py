@@ -10,7 +10,7 @@ import sympy as sp
 
 from mehvar.codegen.functions.requests import requests
 from mehvar.models.system import Definition, Group, Parameter
-from mehvar.physics.gates import TOLERANCE, balance, dot, gates, never_rises, symmetric
+from mehvar.physics.gates import TOLERANCE, balance, dot, gates, identity, never_rises, symmetric
 from mehvar.physics.machine import Machine, Points, points
 from mehvar.physics.signature import idle_parameters
 from tests.mehvar.physics import bodies, slosh
@@ -111,6 +111,15 @@ def test_rotors_geared_to_angles_are_not_symmetric(symmetry):
 def test_energy_that_grows_is_noticed():
     at = points(machine("slosh", ("pendulums", "1"), ("inertia", "ball"))).moved(eps1=-0.5)
     assert never_rises("energy", slosh.energy, slosh.unforced).error(at) > 1e-3
+
+
+def test_a_side_may_be_a_number():
+    subject = machine("triangle")
+    at = points(subject)
+    name = subject.system.states.quantities[0].name
+    sides = [balance("still", lambda _: 1.0, lambda _: 0.0), never_rises("still", lambda _: 1, lambda at: at)]
+    assert [gate.error(at) for gate in sides] == [0.0, 0.0]
+    assert identity("wrong", lambda at: at[name], lambda _: 1e3).error(at) > 0.5
 
 
 def test_an_idle_parameter_is_noticed():
