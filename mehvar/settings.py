@@ -10,7 +10,7 @@ from typing import Annotated, Any
 import typer
 
 from mehvar.base.errors import InputError, bad_value, either, run_checks, unknown_name
-from mehvar.base.manifest import Manifest, Parameter, Quantity
+from mehvar.base.manifest import WITHOUT_LAW, Manifest, Parameter, Quantity
 from mehvar.runtime.arguments import number
 from mehvar.runtime.model.catalogue import find_model, list_models
 from mehvar.runtime.run.options import OPTIONS
@@ -128,7 +128,7 @@ def end_time(text: str | None) -> dict[str, Any]:
 def required_law(manifest: Manifest, controller: str | None) -> str:
     """Return the given law, or raise InputError with the names of all laws."""
     if controller is None and not manifest.controllers:
-        raise InputError(f"{manifest.model} has no law: give --input NAME=VALUE, or run your own law from Python")
+        raise InputError(f"{manifest.model} has no law: {WITHOUT_LAW}")
     if controller is None:
         raise InputError(f"a run of {manifest.model} needs a law: --controller {either(manifest.controllers)}")
     return controller

@@ -126,6 +126,7 @@ def without_units(text: str, quantity: Callable[[float, float, str, str], str], 
 
 
 def _in_si(match: re.Match[str], text: str, name: str) -> tuple[float, float, str]:
+    """Return a number, the number with the other sign before its unit, and the unit, in SI."""
     from pint import PintError
 
     try:

@@ -26,6 +26,7 @@ FILE = "manifest.json"
 SCHEMA = 1
 OPEN_LOOP = "none"
 """Name of the law in a run without one; no law can have it."""
+WITHOUT_LAW = "mehvar simulate takes --input NAME=VALUE, Python also a law of your own or a batch with inputs={...}"
 Part = Literal["", "variants", "prepared", "variants_prepared", "jac", "outputs_jac", "parameters_jac", "loops_jac"]
 """C file of a model, by purpose."""
 PREPARED: Mapping[Part, Part] = {"": "prepared", "variants": "variants_prepared"}
@@ -454,7 +455,8 @@ class Manifest:
     def controller(self, name: str) -> Controller:
         """Return a control law by name, or raise InputError with the known names."""
         if not isinstance(name, str) or name not in self.controllers:
-            raise unknown_name(f"controller of {self.model}", name, self.controllers)
+            note = WITHOUT_LAW if name == OPEN_LOOP else ""
+            raise unknown_name(f"controller of {self.model}", name, self.controllers, note=note)
         return self.controllers[name]
 
     @property

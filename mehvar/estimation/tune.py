@@ -163,6 +163,8 @@ def tune(
     for name in free:
         if name not in nominal:
             raise unknown_name("parameter", name, nominal, "free")
+        if name == loaded.manifest.controller(controller).period:
+            raise bad_value("free", name, "other than the period of the law, which decides when it commands")
     start = np.array([float(nominal[name]) for name in free])
     before = _costs(store, number)
     if not np.isfinite(before).all():

@@ -102,5 +102,11 @@ def test_a_run_of_a_batch_is_repeated_in_the_session_that_built_its_model():
 
 
 def test_a_run_of_a_model_without_a_law_names_the_way():
-    with pytest.raises(InputError, match="made has no law: give --input"):
+    with pytest.raises(InputError, match="made has no law: mehvar simulate takes --input"):
         required_law(build(made(controllers=(), parameters=Group("p", P.quantities[:1]))).manifest, None)
+
+
+def test_an_open_loop_is_no_law_by_the_name_none():
+    manifest = build(made(controllers=(), parameters=Group("p", P.quantities[:1]))).manifest
+    with pytest.raises(InputError, match="unknown controller 'none' of made: mehvar simulate takes --input"):
+        manifest.controller("none")

@@ -12,7 +12,7 @@ from typing import Annotated
 import typer
 
 from mehvar.base.errors import bad_value, either
-from mehvar.cli.board.loop import Board, Compiler, Inline, Law, Raw, Tunable, compiled, tunable_of
+from mehvar.cli.board.loop import Compiler, Inline, Law, Processor, Raw, Tunable, compiled, tunable_of
 from mehvar.runtime.board.image.build import Image, compile_commands, sources
 from mehvar.runtime.board.image.elf import read_elf
 from mehvar.runtime.board.run import BoardRequest, build_image
@@ -28,7 +28,7 @@ _NAMES = ("mehvar.mk", "mehvar.cmake", "build.sh", "firmware.elf")
 def command(
     model: ModelName,
     controller: Law,
-    board: Board = None,
+    board: Processor = None,
     compiler: Compiler = None,
     scenario: Scenario = None,
     target: Annotated[

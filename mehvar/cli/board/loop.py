@@ -18,14 +18,13 @@ from mehvar.runtime.run.options import split_settings
 from mehvar.settings import complete_controllers, read_values, whole_number
 from mehvar.terminal import progress
 
-_BOARDS = f"{', '.join(BOARDS)}; default: the first. With --target sil also {', '.join(PROCESSORS)} under QEMU."
+_BOARDS = f"{', '.join(BOARDS)}; default: the first."
+_PROCESSORS = f"With --target sil also {', '.join(PROCESSORS)} under QEMU."
 Law = Annotated[
     str, typer.Option("--controller", metavar="C", help="The control law.", autocompletion=complete_controllers)
 ]
-Board = Annotated[
-    str | None,
-    typer.Option("--board", metavar="B", help=_BOARDS),
-]
+Board = Annotated[str | None, typer.Option("--board", metavar="B", help=_BOARDS)]
+Processor = Annotated[str | None, typer.Option("--board", metavar="B", help=f"{_BOARDS} {_PROCESSORS}")]
 Compiler = Annotated[str | None, typer.Option(metavar="gcc|zig", help="Compiler; default: gcc if installed, else zig.")]
 Target = Annotated[
     str, typer.Option(metavar="T", help="sil (a process on this machine), unicorn, qemu, or a serial port.")

@@ -8,7 +8,17 @@ from typing import Annotated
 
 import typer
 
-from mehvar.cli.board.loop import Board, Compiler, Law, Samples, Target, compiled, outcome_of, status_of, with_settings
+from mehvar.cli.board.loop import (
+    Compiler,
+    Law,
+    Processor,
+    Samples,
+    Target,
+    compiled,
+    outcome_of,
+    status_of,
+    with_settings,
+)
 from mehvar.pictures.style import require_matplotlib
 from mehvar.report.board.page import REPORT_NAMES, write_report
 from mehvar.runtime.board.run import BoardRequest
@@ -21,7 +31,7 @@ def command(
     controller: Law,
     target: Target = "unicorn",
     samples: Samples = 1600,
-    board: Board = None,
+    board: Processor = None,
     compiler: Compiler = None,
     scenario: Scenario = None,
     settings: SettingTexts = None,

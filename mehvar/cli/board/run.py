@@ -12,10 +12,10 @@ import typer
 
 from mehvar.base.errors import bad_value, either
 from mehvar.cli.board.loop import (
-    Board,
     Compiler,
     Inline,
     Law,
+    Processor,
     Raw,
     Samples,
     Target,
@@ -42,7 +42,7 @@ def command(
     target: Target = "unicorn",
     samples: Samples = BoardRequest.samples,
     form: Annotated[str, typer.Option("--format", metavar="|".join(FORMATS), help="Output format.")] = FORMATS[0],
-    board: Board = None,
+    board: Processor = None,
     compiler: Compiler = None,
     scenario: Scenario = None,
     settings: SettingTexts = None,

@@ -30,6 +30,12 @@ def test_h_is_help(words, monkeypatch, capsys):
     assert "-h, --help" in short
 
 
+@pytest.mark.parametrize("name", BOARD)
+def test_help_names_the_target_only_where_there_is_one(name, monkeypatch, capsys):
+    page = " ".join(printed(monkeypatch, capsys, "board", name, "-h").split())
+    assert "With --target sil also" not in page or "--target " in page.replace("With --target", "")
+
+
 def test_doctor_says_what_works_and_what_to_install(monkeypatch, capsys):
     monkeypatch.setattr(doctor, "installed", lambda name: {} if name in ("jax", "numba") else {name: "1.0"})
     page = printed(monkeypatch, capsys, "doctor")

@@ -115,3 +115,9 @@ def test_runs_that_could_not_judge_are_refused(change: dict, part: str) -> None:
     """Listed values would be the search's own runs again."""
     with pytest.raises(InputError, match=part):
         mehvar.tune("triangle", "path", ["k_phi"], COST, **{**RUNS, **change})
+
+
+def test_the_period_of_a_law_is_no_gain() -> None:
+    """Period and step of the result would have to fit in each trial."""
+    with pytest.raises(InputError, match=r"free = 'Ts'.*other than the period of the law"):
+        mehvar.tune("satellite", "pd", ["Ts"], "final(roll)", vary={"roll": "uniform(0, 0.1)"}, n=2, t_end=5.0)
