@@ -186,7 +186,8 @@ def example(equation: EquationChange) -> str:
     if not point:
         return ""
     at = ", ".join(f"{name} = {value}" for name, value in point.at)
-    return f"at {at or 'zero'}{', the rest 0' if at else ''}: {point.left} became {point.right}"
+    held = f", with {first_names(equation.held, _NAMED, spare=1)} as before" if equation.held else ""
+    return f"at {at or 'zero'}{', the rest 0' if at else ''}{held}: {point.left} became {point.right}"
 
 
 def _many(names: Sequence[str]) -> str:

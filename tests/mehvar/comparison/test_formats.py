@@ -100,6 +100,17 @@ def facts(model: ModelDiff) -> list[str]:
     return [fact for fact in said if fact]
 
 
+def test_values_at_a_point_name_the_definitions_that_keep_their_old_values():
+    old, new = "s = x\nr = y\nf: s*m + r*k", "s = x + 1\nr = y\nf: s**2*m + r*k"
+    model = compare_documents(document(old), document(new))
+    changed = model.comparison["f"]
+    assert changed.held == ("s",)
+    told = [str(model), html_page(Diff("", "", (model,))), markdown(Diff("", "", (model,))), str(model.to_json())]
+    assert all("with s as before" in plain(form) for form in told[:3])
+    assert "'held': ('s',)" in told[3]
+    assert model.comparison["s"].held == ()
+
+
 def plain(text: str) -> str:
     """Return a text as it is read: without tags, escapes and line breaks, numbers as pages set them."""
     text = html.unescape(re.sub(r"<style>.*?</style>|</?[a-z!][^>]*>", " ", text, flags=re.DOTALL))
@@ -234,6 +245,8 @@ def test_what_differs_is_shown_different_and_a_value_that_became_zero_has_no_per
     """Such lines read "-0.8333 -> -0.8333" and "(-100 %)"."""
     assert moved(complex(-5 / 6), complex(-5 / 6 - 2e-6)) == ("-0.83333", "-0.83334")
     assert moved(complex(-0.5), complex(-0.5, 1e-11)) == ("-0.5", "-0.5 ± 1e-11i")
+    edge = complex(-0.12475 - 1e-15, 7.993), complex(-0.12475 + 1e-15, 7.994)
+    assert len({part.split(" ")[0] for part in moved(*edge)}) == 1
     assert moved(complex(-0.5), complex(-0.25, 1)) == ("-0.5", "-0.25 ± 1i")
     pairs = ((2.0, 3.0), (2.0, 0.0), (0.0, 2.0))
     assert [relative(MetricChange("m", "s", *pair)) for pair in pairs] == ["+50 %", "", ""]

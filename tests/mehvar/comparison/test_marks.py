@@ -112,8 +112,11 @@ def test_names_are_escaped_and_latex_is_set():
         ("f: x*y + 2*z*w", "f: x*y - 2*z*w", [["2wz"], ["−2wz"]]),
         ("f: x*y + 2*z*w", "f: x*y + 2*z*v", [["w"], ["v"]]),
         ("f: x*y + m*sin(z)", "f: x*y + m*sin(y)", [["z"], ["y"]]),  # not in the term that stayed
-        ("f: x*(y/3 + z)/2", "f: x*(y/3 + z)/3", [["x(y3+z)2"], ["x(y3+z)3"]]),  # the other 1/3 stayed
+        ("f: x*(y/3 + z)/2", "f: x*(y/3 + z)/3", [["2"], ["x(y3+z)3"]]),  # the other 1/3 stayed
         ("f: x*y + 2*z*w*v", "f: x*y + 2*z*w", [["2vwz"], ["2wz"]]),
+        ("f: v + 3*x/4", "f: v + 3*x/8", [["3", "4"], ["3", "8"]]),
+        ("f: v - x/2", "f: v - x/3", [["2"], ["3"]]),
+        ("f: v - 3*x/4", "f: v + 5*x/8", [["−3x4"], ["+5x8"]]),  # the sign changed too
         ("s = x + z\nf: s*w + s*v", "sigma = x + z\nf: sigma*w + 2*sigma*v", [["sv"], ["2sigmav"]]),
     ],
 )
