@@ -28,7 +28,7 @@ _VISIBLE = 1e-3
 
 
 def overlay_picture(old: xr.Dataset, new: xr.Dataset, title: str) -> Figure | None:
-    """Draw the common variables of two runs that differ, over time; call it in `style`. None if none differs visibly."""
+    """Draw the common variables of two runs that differ visibly, over time, in `style`; None without such variables."""
     names = _moved(old, new)[:_MOST]
     if not names:
         return None

@@ -198,6 +198,14 @@ def test_many_edits_are_told_shortly_and_in_order():
     assert all(f"metric {k}" in page for k in range(30))
 
 
+def test_a_heading_counts_every_equation_that_it_names():
+    others = "".join(f"{name} = {name[0]}*J\nr{name}: {name}\n" for name in ("xa", "ya", "za", "va", "wa", "xb", "yb", "zb"))
+    members = "".join(f"s{k} = m{k}*q{k}\n" for k in (1, 2, 3)) + "f: s1 + s2 + s3"
+    edited = members.replace("\n", " + x\n")
+    model = compare_documents(document(others + members), document(others.replace("J", "k") + edited))
+    assert "3 more of definition, changed: s1, s2, s3" in str(model)
+
+
 def test_a_page_begins_with_what_changed_and_has_no_section_without_content():
     same, changed = (
         dataclasses.replace(compare_documents(document("f: m*x"), document(new)), model=name)
