@@ -12,10 +12,11 @@ from mehvar.base.manifest import read_manifest
 from mehvar.codegen.diff.report import EquationVerdict, label
 from mehvar.comparison.compare import compare_documents
 from mehvar.comparison.consequences import Consequences, Rate
+from mehvar.comparison.document import Group, Table, Words
 from mehvar.comparison.effects import moved, number, relative, unit
 from mehvar.comparison.equations import example
 from mehvar.comparison.html import html_page
-from mehvar.comparison.markdown import markdown
+from mehvar.comparison.markdown import _paragraphs, markdown
 from mehvar.comparison.result import Diff, ModelDiff
 from mehvar.comparison.runs import MarginChange, MetricChange, RunChange, Runs
 from mehvar.comparison.spectra import Loop
@@ -199,11 +200,22 @@ def test_many_edits_are_told_shortly_and_in_order():
 
 
 def test_a_heading_counts_every_equation_that_it_names():
-    others = "".join(f"{name} = {name[0]}*J\nr{name}: {name}\n" for name in ("xa", "ya", "za", "va", "wa", "xb", "yb", "zb"))
+    names = ("xa", "ya", "za", "va", "wa", "xb", "yb", "zb")
+    others = "".join(f"{name} = {name[0]}*J\nr{name}: {name}\n" for name in names)
     members = "".join(f"s{k} = m{k}*q{k}\n" for k in (1, 2, 3)) + "f: s1 + s2 + s3"
     edited = members.replace("\n", " + x\n")
     model = compare_documents(document(others + members), document(others.replace("J", "k") + edited))
     assert "3 more of definition, changed: s1, s2, s3" in str(model)
+
+
+def test_markdown_reads_like_the_text():
+    """Of a summary Markdown reads no escapes, as it stands within HTML."""
+    MarkdownIt = pytest.importorskip("markdown_it").MarkdownIt
+    words = "x_1 < y_1 & *[a]* ~~b~~ $c$ #1 \\ `d` | e &lt; <b>"
+    group = Group(words, [Words(words), Words(words, strong=True), Table(words, ["old"], [[words]])], True)
+    read = MarkdownIt("gfm-like", {"linkify": False}).render("\n\n".join(_paragraphs([group])))
+    text = html.unescape(re.sub(r"</?(p|strong|table|thead|tbody|tr|th|td|details|summary)( [^>]*)?>", "\n", read))
+    assert [line for line in map(str.strip, text.splitlines()) if line] == [words] * 4 + ["old", words]
 
 
 def test_a_page_begins_with_what_changed_and_has_no_section_without_content():
