@@ -15,6 +15,7 @@ from numpy.typing import ArrayLike
 from mehvar.base.errors import InputError, bad_value
 from mehvar.formats.ephemeris import MESSAGES, read_message
 from mehvar.runtime.arguments import check_arguments
+from mehvar.runtime.batch.dispersions import in_units
 from mehvar.runtime.batch.fill import BatchProgress, run_batch
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.points import columns_of, count, grid, lists_as_distributions
@@ -30,7 +31,7 @@ from mehvar.runtime.run.options import merged, split_settings
 from mehvar.runtime.run.results import to_dataset
 from mehvar.runtime.run.simulate import simulate as simulate_run
 from mehvar.runtime.run.user.choice import law_of
-from mehvar.runtime.units import distribution, setting_units
+from mehvar.runtime.units import setting_units
 from mehvar.terminal import BatchMeter, cell_progress, progress
 
 if TYPE_CHECKING:
@@ -38,7 +39,6 @@ if TYPE_CHECKING:
     import xarray as xr
     from distributed import Client
 
-    from mehvar.base.manifest import Manifest
     from mehvar.models.parts import Spacecraft
     from mehvar.models.system import System
     from mehvar.runtime.batch.points import GivenDesign
@@ -193,9 +193,9 @@ def batch(
         Parameters and initial states that all runs share.
     inputs, interpolation, period, memory
         As in `simulate`; the same in all runs. Inputs that are not held need a period.
-    vary : mapping of str to str, optional
+    vary : mapping of str to str or sequence of float, optional
         Distributions of parameters or initial states by name, as in `{"m1": "normal(50, 2)"}`, with units as in
-        `"uniform(10 deg, 20 deg)"`. Or a list of values, one per run, whose length is the number of runs.
+        `"uniform(10 deg, 20 deg)"`. Or a sequence of values, one per run, whose length is the number of runs.
     points : pandas.DataFrame, mapping or path, optional
         Given points: a column per varied name and a row per run; a path names a CSV file.
     design : {"grid"}, optional
@@ -365,7 +365,8 @@ def posed_batch(
     check_arguments("text", origin, scenario=scenario)
     check_arguments("mapping", origin, parameters=parameters, initial=initial, vary=vary)
     manifest = model.manifest if isinstance(model, Model) else find_model(model)
-    dispersed = _in_units(_points(vary or {}, points, design), manifest, origin)
+    units = setting_units(manifest) | {q.name: q.unit for q in manifest.states}
+    dispersed = in_units(_points(vary or {}, points, design), units, origin)
     n = count(dispersed, origin) if n is None else n
     if (controller is None and inputs is None) or n is None:
         raise InputError("a batch needs n, the number of runs, and a controller or inputs")
@@ -420,18 +421,6 @@ def _points(vary: Mapping[str, Any], points: Any, design: GivenDesign | None) ->
     for name in own.keys() & vary.keys():
         raise InputError(f"{name} is given twice, in vary and in points (from the call)")
     return lists_as_distributions({**(grid(vary, "the call") if design else vary), **own}, "the call")
-
-
-def _in_units(vary: Mapping[str, str], manifest: Manifest, origin: str) -> dict[str, str]:
-    """Return distributions in the units of their variables.
-
-    Values of other types pass unchanged; a later check refuses them.
-    """
-    units = setting_units(manifest) | {q.name: q.unit for q in manifest.states}
-    return {
-        names: distribution(names, text, units, origin) if isinstance(text, str) else text
-        for names, text in vary.items()
-    }
 
 
 def _connected(scheduler: str | Client | None) -> AbstractContextManager[Client | None]:

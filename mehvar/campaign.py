@@ -10,11 +10,12 @@ from typing import Any
 
 from mehvar.base.errors import InputError
 from mehvar.base.schema import read_data
+from mehvar.runtime.batch.dispersions import in_units
 from mehvar.runtime.batch.plan import Campaign
 from mehvar.runtime.batch.sampling import Design
 from mehvar.runtime.model.catalogue import find_folder, find_model
 from mehvar.runtime.run.options import split_settings
-from mehvar.runtime.units import distribution, read_value, setting_units
+from mehvar.runtime.units import read_value, setting_units
 
 
 @dataclass(frozen=True)
@@ -75,7 +76,7 @@ class CampaignFile:
             n=self.n,
             scenario=manifest.scenario(self.scenario).name,
             seed=self.seed,
-            vary={names: distribution(names, text, units, origin) for names, text in self.vary.items()},
+            vary=in_units(self.vary, units, origin),
             parameters=parameters,
             initial={name: _number(value, units, name, origin) for name, value in self.initial.items()},
             sampling=self.sampling,

@@ -32,7 +32,7 @@ from .part import Craft, Mounted, Part, points, start, unit_of
 from .readings import readings
 from .sensors import drifting, measuring, watching
 from .terms import State, expressions
-from .values import Parameters, Value
+from .values import Parameters, Value, kinds
 
 AnyPart = TypeVar("AnyPart", bound=Part)
 MOTIONS = {"free": range(6), "attitude": range(6), "plane": (0, 1, 5)}
@@ -282,6 +282,7 @@ class Spacecraft:
             raise ModelError(f"{self.name}: the pulses of {pulsed[0]} need a sampled law: add one by craft.law")
         users = (actuator, controllers, sensor, random, events, limits)
         self._refuse_idle(free_symbols((*rhs, *expressions(users)), derivation.definitions))
+        self._refuse_across()
         velocity = self._components(self._velocity) if self._velocity else None
         functions = readings(craft, motions, velocity, self.motion == "plane")
         used = free_symbols((*rhs, *expressions((users, functions))), derivation.definitions)
@@ -316,6 +317,23 @@ class Spacecraft:
                 raise ModelError(
                     f"{where} would have no effect in a craft with motion = {self.motion!r}; use parts with one "
                     "direction, such as Thruster and Wheel"
+                )
+
+    def _refuse_across(self) -> None:
+        """Refuse a load that moves nothing in the plane of motion, such as a nozzle's force across it."""
+        derivation = Derivation()
+        for part, at in self._whole(derivation).parts if self.motion == "plane" else ():
+            for load in part.loads(at):
+                twist = load.couple + load.at.cross(load.force)
+                if any((*load.force[:2], twist[2])) or not any((load.force[2], *load.couple)):
+                    continue
+                held = free_symbols((*load.force, *load.couple), derivation.definitions)
+                scalars = (name for name, kind in kinds(part).items() if kind.form == "scalar")
+                names = [name for name in scalars if held & free_symbols(expressions(getattr(at.values, name)), {})]
+                where = f"{self.name}: {', '.join(names) or 'a load'} of the {type(part).__name__} {part.name!r}"
+                raise ModelError(
+                    f"{where} would have no effect in a craft with motion = 'plane': no force along x or "
+                    "y, no torque about z; turn it, or leave it out"
                 )
 
     def _refuse_unused(self, used: set[sp.Symbol]) -> None:

@@ -19,7 +19,7 @@ from .frame import AXES, ZERO, symbols, triple
 from .motion import Motion
 from .part import Mounted, Part, points
 from .terms import Aggregates, Jump, Load, State
-from .values import Number, Tensor, Vector, direction, place, scalar, tensor
+from .values import Number, Tensor, Vector, direction, parameters_text, place, scalar, tensor
 
 _OFF = sp.Rational(1, 10**6)
 """Error of a clock at the end of a period, far above rounding and far below a sample."""
@@ -169,7 +169,8 @@ class Thruster(Pulsed):
     limit : number, optional
         Largest force, N.
     least : number, optional
-        Smallest impulse of a period, N s: a smaller command opens no valve.
+        Smallest impulse of a period, N s: a smaller command opens no valve. At most `limit` times the period; if equal,
+        only the largest force acts.
     pulsed : bool
         True for a valve that opens at the begin of each sample period, with the force `limit`, for so long that the
         mean force is the command; it closes at the events NAME_off. False for a constant force.
@@ -210,6 +211,15 @@ class Thruster(Pulsed):
     def applied(self, at: Mounted, commanded: Sequence[sp.Symbol]) -> tuple[Expr, ...]:
         pushed = sp.Min(sp.Max(commanded[0], 0), at.values.limit)
         return (sp.Piecewise((pushed, pushed * at.craft.period >= at.values.least), (0, True)),)
+
+    def constraints(self, at: Mounted) -> tuple[Condition, ...]:
+        largest = at.values.limit * at.craft.period
+        if at.values.least == 0 or at.values.limit == sp.oo:
+            return super().constraints(at)
+        numbers = parameters_text(largest.free_symbols | at.values.least.free_symbols)
+        text = f"{self.name}.least, with {numbers}: must not exceed limit times Ts, or nothing fires"
+        fires = sp.Piecewise((1, largest >= at.values.least), (-1, True))
+        return (*super().constraints(at), Condition(fires, text))
 
 
 def jet(at: Mounted, along: sp.Matrix, force: Expr) -> tuple[Shape, ...]:

@@ -330,7 +330,7 @@ def listed(value: Any, where: str, count: int) -> Sequence[Any]:
 
 
 def constant(entry: Any) -> float | None:
-    """Return an entry of a direction as a float; None for an expression, and for what is refused later."""
+    """Return a given number as a float; None for an expression, and for what is refused later."""
     try:
         return float(entry.default if isinstance(entry, Value) else entry)
     except (TypeError, ValueError):

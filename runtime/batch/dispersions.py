@@ -17,6 +17,7 @@ import numpy as np
 from mehvar.base.errors import InputError, bad_value, unknown_name
 
 from ..arguments import parsed
+from ..units import distribution
 from .sampling import FloatArray, exponential, normal_quantile
 
 Quantile = Callable[[FloatArray], FloatArray]
@@ -57,7 +58,9 @@ class Dispersion:
         return dict(zip(self.names, map(float, self.quantile(u)[0]), strict=True))
 
 
-def read_dispersions(vary: Mapping[str, str], origin: str = "vary") -> tuple[Dispersion, ...]:
+def read_dispersions(
+    vary: Mapping[str, str], origin: str = "vary", written: Mapping[str, str] | None = None
+) -> tuple[Dispersion, ...]:
     """Read distributions by name.
 
     Parameters
@@ -68,6 +71,8 @@ def read_dispersions(vary: Mapping[str, str], origin: str = "vary") -> tuple[Dis
         each run; for several names normal([means], [rows of the covariance matrix]) or sphere(radius).
     origin : str
         Origin of the texts in error messages.
+    written : mapping of str to str, optional
+        The texts as the user wrote them, for error messages.
 
     Raises
     ------
@@ -77,12 +82,25 @@ def read_dispersions(vary: Mapping[str, str], origin: str = "vary") -> tuple[Dis
     for names, text in vary.items():
         if not isinstance(text, str):
             raise bad_value(names, text, 'a text such as "normal(50, 2)"', origin)
-    dispersions = [_read(names, text, origin) for names, text in vary.items()]
+    dispersions = [_read(names, text, origin, (written or vary)[names]) for names, text in vary.items()]
     flat = [name for dispersion in dispersions for name in dispersion.names]
     twice = [name for name in flat if flat.count(name) > 1]
     if twice:
         raise InputError(f"{twice[0]} is given twice (from {origin})")
     return tuple(dispersions)
+
+
+def in_units(vary: Mapping[str, str], units: Mapping[str, str], origin: str) -> dict[str, str]:
+    """Return distributions in the units of their variables.
+
+    Raises
+    ------
+    InputError
+        As of `read_dispersions` and of units; with the text as it was written.
+    """
+    result = {names: distribution(names, text, units, origin) for names, text in vary.items()}
+    read_dispersions({names: text for names, text in result.items() if text != vary[names]}, origin, vary)
+    return result
 
 
 class _RefusedError(ValueError):
@@ -185,10 +203,10 @@ _KINDS: Mapping[str, tuple[Callable[..., Quantile], str]] = {
 _MULTIVARIATE = "normal([means], [rows of a positive definite covariance matrix]), as many as there are names"
 
 
-def _read(names: str, text: str, origin: str) -> Dispersion:
+def _read(names: str, text: str, origin: str, written: str) -> Dispersion:
     """Return the dispersion that a text describes; `names` are one name or several with commas."""
     targets = tuple(name.strip() for name in names.split(","))
-    kind, arguments, keywords = _call(names, text, origin)
+    kind, arguments, keywords = _call(names, text, origin, written)
     if kind not in _KINDS:
         raise unknown_name(f"distribution of {names}", kind, _KINDS, origin)
     make, usage = _KINDS[kind]
@@ -198,11 +216,11 @@ def _read(names: str, text: str, origin: str) -> Dispersion:
         _require(make is _correlated or all(isinstance(a, float) for a in (*arguments, *keywords.values())))
         quantile = make(len(targets), *arguments, **keywords)
     except (TypeError, _RefusedError):
-        raise bad_value(names, text, f"{usage}", origin) from None
+        raise bad_value(names, written, f"{usage}", origin) from None
     return Dispersion(targets, quantile, text.strip(), len(arguments) if kind == "values" else 0)
 
 
-def _call(names: str, text: str, origin: str) -> tuple[str, list[object], dict[str, object]]:
+def _call(names: str, text: str, origin: str, written: str) -> tuple[str, list[object], dict[str, object]]:
     """Return name and arguments of a call in Python syntax; lists become tuples of floats."""
     try:
         call = parsed(text.strip())
@@ -211,7 +229,7 @@ def _call(names: str, text: str, origin: str) -> tuple[str, list[object], dict[s
         arguments = [_numbers(ast.literal_eval(argument)) for argument in call.args]
         keywords = {str(k.arg): _numbers(ast.literal_eval(k.value)) for k in call.keywords}
     except (AttributeError, ValueError, TypeError, OverflowError, MemoryError, RecursionError):
-        raise bad_value(names, text, "a distribution with numbers, as in normal(50, 2)", origin) from None
+        raise bad_value(names, written, "a distribution with numbers, as in normal(50, 2)", origin) from None
     return call.func.id, arguments, keywords
 
 

@@ -7,7 +7,7 @@ import itertools
 import os
 import warnings
 from collections.abc import Mapping
-from typing import Any, Literal, cast
+from typing import Any, Literal
 
 import numpy as np
 
@@ -22,7 +22,7 @@ GivenDesign = Literal["grid"]
 
 
 def lists_as_distributions(vary: Mapping[str, Any], origin: str) -> dict[str, str]:
-    """Return lists of values as texts of dispersions, and other values unchanged for a later check.
+    """Return lists of values as texts of dispersions, and texts unchanged.
 
     Parameters
     ----------
@@ -34,9 +34,15 @@ def lists_as_distributions(vary: Mapping[str, Any], origin: str) -> dict[str, st
     Raises
     ------
     InputError
-        For a value that is no finite number.
+        For a value that is neither a text nor a list of finite numbers.
     """
-    return {names: _text(names, values, origin) if _is_list(values) else values for names, values in vary.items()}
+    for names, values in vary.items():
+        if not isinstance(values, str) and not _is_list(values):
+            allowed = 'a text such as "normal(50, 2)", or a list, tuple or array of numbers'
+            raise bad_value(names, values, allowed, origin)
+    return {
+        names: values if isinstance(values, str) else _text(names, values, origin) for names, values in vary.items()
+    }
 
 
 def grid(vary: Mapping[str, Any], origin: str) -> dict[str, list[float]]:
@@ -112,12 +118,18 @@ def _value(name: str, value: Any, origin: str) -> float:
 
 
 def _is_list(values: Any) -> bool:
-    return isinstance(values, (list, tuple, np.ndarray)) and np.ndim(cast(Any, values)) == 1
+    """Return True for any sequence with one index, such as a range or a column of a table."""
+    try:
+        return np.ndim(values) == 1
+    except (ValueError, TypeError):  # rows of different lengths, or a table
+        return False
 
 
 def _text(names: str, values: Any, origin: str) -> str:
+    if not len(values):
+        raise bad_value(names, values, "a list with one value for each run", origin)
     return f"values({', '.join(repr(number(names, value, origin)) for value in _elements(values))})"
 
 
 def _elements(values: Any) -> Any:
-    return unmasked(values) if isinstance(values, np.ndarray) else values
+    return unmasked(values) if hasattr(values, "__array__") else values

@@ -26,6 +26,7 @@ from mehvar.settings import read_values
         ("-2.5 N m", "kg m^2/s^2", -2.5),
         ("3 rpm", "rad/s", math.pi / 10),
         ("2/ms", "1/s", 2000.0),
+        ("5 rad/s", "1/s", 5.0),
         ("7 kg*m**2", "kg m^2", 7.0),
         ("9007199254740993", "s", 9007199254740993),
         ("1 mOhm", "Ohm", 0.001),

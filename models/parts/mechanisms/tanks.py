@@ -17,7 +17,7 @@ from ..frame import ZERO
 from ..motion import Motion
 from ..part import Mounted, Part
 from ..terms import Aggregates, Contribution, Load, State
-from ..values import Number, Parameters, Value, Vector, direction, place, plain, scalar
+from ..values import Number, Parameters, Value, Vector, constant, direction, place, plain, scalar
 from .bobs import Bob
 
 
@@ -56,9 +56,9 @@ class Tank(Part):
     flow : number, optional
         Largest flow, kg/s.
     reserve : number, optional
-        Remaining fuel below which commands no longer open the valve, kg; the run continues without thrust. An open
-        valve closes at the next command, after at most one period: at 0.3 kg/s and 0.1 s it drains up to 0.03 kg
-        below the reserve.
+        Remaining fuel below which commands no longer open the valve, kg, less than `mass`; the run continues without
+        thrust. An open valve closes at the next command, after at most one period: at 0.3 kg/s and 0.1 s it drains up
+        to 0.03 kg below the reserve.
     share : number, optional
         Share of the fuel that swings.
     length, damping : number, optional
@@ -88,6 +88,9 @@ class Tank(Part):
             raise ModelError(f"{self.name}.damping needs a bob: give share and length")
         if self.share is None and plain(self.rest) not in ((-1, 0, 0), [-1, 0, 0]):
             raise ModelError(f"{self.name}.rest needs a bob: give share and length")
+        kept, full = constant(self.reserve), constant(self.mass)
+        if kept is not None and full is not None and kept >= full:
+            raise ModelError(f"{self.name}.reserve = {kept}: must be less than mass = {full}, or the valve never opens")
         self._bobs  # its own checks  # noqa: B018
 
     @property

@@ -75,6 +75,13 @@ def flexible(linear, angular=(0, 0, 0)):
     return assembled(Hub("hub", mass=10.0, inertia=BALL), Modes("left", modes), Modes("right", modes))
 
 
+def pulsing(along):
+    """A plane craft whose law commands a pulsed thruster."""
+    craft = craft_of(HUB, Thruster("jet", along, at=(0, 1, 0), limit=2.0, pulsed=True), motion="plane")
+    craft.law("push", lambda law: {"jet": law.parameter("mean", 0.7, "N")})
+    return craft.system()
+
+
 def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
     craft = Spacecraft("craft")
     with pytest.raises(ModelError, match=r"hub_m = -5.0: must be a number in \(0, inf\), kg \(mass\)"):
@@ -91,6 +98,19 @@ def test_a_number_out_of_bounds_is_refused_when_its_part_is_mounted():
             lambda: assembled(HUB, Torquer("t"), motion="plane"),
             "craft: tx, ty of the Torquer 't' would have no effect in a craft with "
             "motion = 'plane'; use parts with one",
+        ),
+        (
+            lambda: assembled(HUB, Tank("t", 3.0, (-1, 0, 0), (0, 0, 1), exhaust=9.0, at=(0, 1, 0)), motion="plane"),
+            "craft: exhaust of the Tank 't' would have no effect in a craft with motion = 'plane'",
+        ),
+        (lambda: pulsing((0, 0, 1)), "craft: limit of the Thruster 'jet' would have no effect in a craft with motion"),
+        (
+            lambda: assembled(HUB, Thruster("jet", (1, 0, 0), limit=0.1, least=0.1), period=0.5),
+            "jet.least, with Ts = 0.5, jet_Fmax = 0.1, jet_Imin = 0.1: must not exceed limit times Ts, or",
+        ),
+        (
+            lambda: Tank("t", 3.0, (-1, 0, 0), reserve=Value(3.0)),
+            "t.reserve = 3.0: must be less than mass = 3.0, or the valve never opens",
         ),
         (lambda: assembled(Hub("hub", mass=1.0, inertia=(0, 0, 0))), "craft has no inertia about x: give the Hub one"),
         (

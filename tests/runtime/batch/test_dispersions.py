@@ -7,6 +7,7 @@ import hashlib
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
@@ -16,6 +17,7 @@ from scipy.special import ndtri
 import mehvar
 from mehvar.base.errors import InputError
 from mehvar.runtime.batch.dispersions import read_dispersions
+from mehvar.runtime.batch.points import lists_as_distributions
 from mehvar.runtime.batch.repeat import plan_of, repeat_run
 from mehvar.runtime.batch.sampling import DESIGNS, Sampler, exponential, normal_quantile, permuted, stream, uniforms
 from mehvar.runtime.batch.store.store import open_store
@@ -63,12 +65,21 @@ def test_listed_values_are_those_of_the_runs(tmp_path) -> None:
         ({"theta_0": [[0.1], [0.2]]}, {"n": 2}, "theta_0 = .*: must be a text"),
         ({"theta_0": [0.1, "x"]}, {}, r"theta_0 = 'x' \(from the call\): must be a number"),
         ({"theta_0": [0.1, float("nan")]}, {}, "must be a finite number"),
-        ({"theta_0": []}, {"n": 1}, "one value for each run"),
+        ({"theta_0": []}, {"n": 1}, r"theta_0 = \[\] .*: must be a list with one value for each run"),
+        ({"theta_0": [0.1, [0.2]]}, {"n": 2}, r"theta_0 = \[0.1, \[0.2\]\] .*, or a list, tuple or array of numbers"),
+        ({"theta_0": {0.1, 0.2}}, {"n": 2}, "must be a text such as .normal.50, 2.., or a list, tuple or array"),
+        ({"theta_0": "normal(1 deg, 10 %)"}, {"n": 2}, r"theta_0 = 'normal\(1 deg, 10 %\)' .from the call.: must be a"),
+        ({"theta_0": "uniform(2 deg, 1 deg)"}, {"n": 2}, r"theta_0 = 'uniform\(2 deg, 1 deg\)' .*: must be uniform"),
     ],
 )
 def test_listed_values_that_do_not_fit_are_refused(vary, given, message) -> None:
     with pytest.raises(InputError, match=message):
         mehvar.batch("triangle", "path", t_end=0.02, vary=vary, **given)
+
+
+@pytest.mark.parametrize("values", [range(1, 3), (1, 2.0), np.array([1, 2]), pd.Series([1.0, 2.0])], ids=type)
+def test_any_sequence_of_numbers_is_a_list(values) -> None:
+    assert lists_as_distributions({"a": values}, "the call")["a"].replace(".0", "") == "values(1, 2)"
 
 
 def test_another_seed_gives_other_points_and_another_dispersion_does_not() -> None:
