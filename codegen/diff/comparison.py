@@ -4,7 +4,7 @@
 from __future__ import annotations
 
 import functools
-from collections.abc import Sequence, Set
+from collections.abc import Iterator, Sequence, Set
 from dataclasses import replace
 
 from ..equal.verdicts import Verdict
@@ -347,12 +347,19 @@ class _Verdicts:
             edits=explanation.edits if explanation else (),
             replayed=explanation.replayed if explanation else False,
             counterexample=explanation.counterexample if explanation else None,
+            held=tuple(self._held(item)) if explanation and explanation.counterexample else (),
             via=tuple(self.names[k] for k in self.sources.get(item.key, {}) if k != item.key),
             users=tuple(self._users.get(item.key, ())),
             cause=self._cause.get(item.key, ""),
             old_node=partner.row.node if partner else None,
             new_node=row.node,
         )
+
+    def _held(self, item: Item) -> Iterator[str]:
+        """Yield the names of the changed definitions whose old values the explanation of a row uses."""
+        for child in self.versions.children(item):
+            if child.key in self.versions.partner and self._differs(child):
+                yield child.name
 
     def _deletion(self, item: Item) -> EquationChange:
         """Return the entry of a removed row; of a definition "changed" if one edit of it explains all its users."""

@@ -155,6 +155,8 @@ class EquationChange:
         True if applying these edits to the old side was tested to give the new side.
     counterexample : Counterexample or None
         A point where the old (left) and the new side differ.
+    held : tuple of str
+        The changed definitions that keep their old values in the counterexample, so that it shows this change alone.
     via : tuple of str
         For an inherited change: the names of its sources.
     users : tuple of str
@@ -179,6 +181,7 @@ class EquationChange:
     edits: tuple[Edit, ...] = ()
     replayed: bool = False
     counterexample: Counterexample | None = None
+    held: tuple[str, ...] = ()
     via: tuple[str, ...] = ()
     users: tuple[str, ...] = ()
     cause: str = ""

@@ -210,7 +210,7 @@ class Printer:
             number = self._marked(self.spelling.coefficient % (over, under), *places)
             return f"{number} {self._row('1', above)}"
         bars = bool(self.spelling.bar)
-        top, bottom = self._row(over, above, places, bars), self._row(under, below, alone=bars)
+        top, bottom = self._row(over, above, places, bars), self._row(under, below, places, bars)
         return self.spelling.fraction(top, bottom if bars or self._is_simple(under, below) else f"({bottom})")
 
     @staticmethod

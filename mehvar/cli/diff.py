@@ -88,12 +88,12 @@ def command(
 
 
 def _draw(diff: Diff, path: Path) -> None:
-    """Save the picture of the run with the largest difference, or report that no run differs."""
+    """Save the picture of the run with the largest difference, or report that none differs visibly."""
     overlays = [(part.overlay, part.name) for part in diff.parts if part.overlay]
     overlay, name = max(overlays, key=lambda pair: pair[0].size, default=(None, ""))
     figure = overlay.picture(name) if overlay else None
     if figure is None:
-        typer.echo(f"{path} is not written: no run of both versions differs", err=True)
+        typer.echo(f"{path} is not written: no run of both versions differs visibly", err=True)
         return
     save(figure, path)
     typer.echo(f"saved {path}", err=True)

@@ -23,6 +23,8 @@ if TYPE_CHECKING:
 
 _ZERO = 1e-9
 """Bound on rounding errors, of a rate at an equilibrium and of the smaller part of an eigenvalue."""
+_ROUNDING = 1e-13
+"""Difference of equal parts of two eigenvalues, relative to the eigenvalue."""
 _DIGITS, _EVERY = 4, 17
 """Digits of an eigenvalue, and those of a double."""
 _PART = 1e-3
@@ -190,6 +192,10 @@ def _places(old: Sequence[tuple[str, float]], new: Sequence[tuple[str, float]]) 
 
 def moved(old: complex, new: complex) -> tuple[str, str]:
     """Return an eigenvalue of both versions as text, with as many digits as its change shows in."""
+    equal = _ROUNDING * abs(old)  # equal parts may lie on both sides of the edge of a digit
+    real = old.real if abs(new.real - old.real) <= equal else new.real
+    imaginary = old.imag if abs(new.imag - old.imag) <= equal else new.imag
+    new = complex(real, imaginary)
     pairs = [(number(old, digits), number(new, digits)) for digits in range(_DIGITS, _EVERY + 1)]
     return next((pair for pair in pairs if pair[0] != pair[1]), pairs[-1])
 

@@ -81,7 +81,8 @@ class Equations:
                 folds.setdefault(heading, []).append(e)
         for heading, equations in folds.items():
             names = [name for e in equations if e in causes or not _mentioned(e) for name in self._names(e)]
-            yield Group(f"{len(equations)} {heading}", [*map(self._card, equations)], True, names)
+            count = len({name for e in equations for name in self._members(e)})
+            yield Group(f"{count} {heading}", [*map(self._card, equations)], True, names)
         yield from self._numbers()
 
     def _causes(self) -> Iterator[EquationChange]:
@@ -100,6 +101,11 @@ class Equations:
         """Return the equal parts that an equation stands for as the first of them."""
         group = self._families.get(equation.name)
         return group if group and group.names[0] == equation.name else None
+
+    def _members(self, equation: EquationChange) -> Sequence[str]:
+        """Return the names of the equations that share a card."""
+        group = self._family(equation)
+        return group.names if group else [equation.name]
 
     def _heading(self, equation: EquationChange, is_cause: bool) -> str:
         """Return the heading of the fold with an equation; empty for one that shares the card of an equal part."""
@@ -186,7 +192,8 @@ def example(equation: EquationChange) -> str:
     if not point:
         return ""
     at = ", ".join(f"{name} = {value}" for name, value in point.at)
-    return f"at {at or 'zero'}{', the rest 0' if at else ''}: {point.left} became {point.right}"
+    held = f", with {first_names(equation.held, _NAMED, spare=1)} as before" if equation.held else ""
+    return f"at {at or 'zero'}{', the rest 0' if at else ''}{held}: {point.left} became {point.right}"
 
 
 def _many(names: Sequence[str]) -> str:

@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import re
 from base64 import b64encode
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
@@ -10,7 +11,7 @@ from functools import partial
 from itertools import groupby
 from typing import Any
 
-from mehvar.codegen.diff.report import PICTURE, EquationVerdict, ModelStatus
+from mehvar.codegen.diff.report import PICTURE, Edit, EquationVerdict, ModelStatus
 from mehvar.codegen.equations.formula import Marks, Nodes, Path, Printer, SymbolNames
 from mehvar.codegen.equations.mathml import mathml
 from mehvar.codegen.equations.spelling import LATEX, PAGE
@@ -91,8 +92,9 @@ class _Sheet:
             return []
         roots = equation.old_node, equation.new_node
         names = equation.old_name or equation.name, equation.name
+        edits = [edit for edit in equation.edits if not _turns(edit)]
         places = [
-            [place for edit in equation.edits if (part := getattr(edit, side)) for place in part.places if place]
+            [place for edit in edits if (part := getattr(edit, side)) for place in part.places if place]
             for side in ("old", "new")
         ]
         texts = [self._texts(k, root) for k, root in enumerate(roots)]
@@ -119,6 +121,12 @@ class _Sheet:
         kind, *operands = self._nodes[side][root]
         nodes = {(k,): node for k, node in enumerate(operands)} if kind == "add" else {(): root}
         return {path: self._printers[side].text(node) for path, node in nodes.items()}
+
+
+def _turns(edit: Edit) -> bool:
+    """Return True for numbers of opposite signs: the sign stands before the term, which is marked as a whole."""
+    numbers = [re.match(r"(-?)[\d./e-]+$", part.text) for part in (edit.old, edit.new) if part]
+    return len({number[1] for number in numbers if number}) > 1
 
 
 def _lacking(own: Mapping[Path, str], other: Mapping[Path, str]) -> list[Path]:

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Iterator, Sequence
+from html import escape
 
 from .document import Block, Card, Group, Table, Words
 from .result import Diff
@@ -39,7 +40,7 @@ def _paragraphs(blocks: Iterable[Block]) -> Iterator[str]:
             case Card():
                 yield from _card(block)
             case Group(folded=True):
-                yield f"<details><summary>{_plain(block.title)}</summary>"
+                yield f"<details><summary>{escape(block.title)}</summary>"
                 yield from _paragraphs(block.blocks)
                 yield "</details>"
             case Group():
@@ -65,5 +66,5 @@ def _code(text: str) -> str:
 
 
 def _plain(text: str) -> str:
-    """Escape a text for Markdown and HTML."""
-    return "".join(f"\\{letter}" if letter in "\\`*_<>#|[]" else letter for letter in text)
+    """Escape a text for Markdown with HTML and formulas."""
+    return "".join(f"\\{letter}" if letter in "\\`*_<>#|[]&~$" else letter for letter in text)

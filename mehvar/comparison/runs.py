@@ -129,7 +129,7 @@ class Overlay:
     """New names by old ones."""
 
     def picture(self, model: str) -> Figure | None:
-        """Return both runs in one picture; None where matplotlib is not installed."""
+        """Return both runs in one picture; None without a visible difference, or without matplotlib."""
         if importlib.util.find_spec("matplotlib") is None:
             return None
         from mehvar.pictures.overlay import overlay_picture

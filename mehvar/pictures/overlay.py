@@ -21,17 +21,21 @@ _MOST = 3
 """Largest number of panels, which fit on a screen; they show the variables with the largest change."""
 _RATES = 10
 """Largest number of rates in the picture, those that differ most."""
+_NARROWEST = 1e-2
+"""Smallest width of an axis relative to its numbers."""
 _VISIBLE = 1e-3
 """Change relative to a variable's size that the width of a line hides."""
 
 
-def overlay_picture(old: xr.Dataset, new: xr.Dataset, title: str) -> Figure:
-    """Draw the common variables of two runs that differ, over time; call it in `style`."""
+def overlay_picture(old: xr.Dataset, new: xr.Dataset, title: str) -> Figure | None:
+    """Draw the common variables of two runs that differ visibly, over time, in `style`; None without such variables."""
     names = _moved(old, new)[:_MOST]
-    figure = new_figure(7.0, 0.8 + 1.5 * max(len(names), 1))
-    figure.suptitle(title if names else f"{title}: no variable differs visibly", fontsize=10, wrap=True)
-    axes = figure.subplots(max(len(names), 1), 1, sharex=True, squeeze=False)[:, 0]
-    for number, (ax, name) in enumerate(zip(axes, names, strict=False)):
+    if not names:
+        return None
+    figure = new_figure(7.0, 0.8 + 1.5 * len(names))
+    figure.suptitle(title, fontsize=10, wrap=True)
+    axes = figure.subplots(len(names), 1, sharex=True, squeeze=False)[:, 0]
+    for number, (ax, name) in enumerate(zip(axes, names, strict=True)):
         ax.plot(old["t"], old[name], "--", color=GREY, label="old")
         ax.plot(new["t"], new[name], color=COLORS[0], label="new")
         ax.set_ylabel(f"{name} [{pretty_unit(new[name].attrs.get('units', '1'))}]")
@@ -78,11 +82,20 @@ def effects_picture(
             values = np.array([value for pair in pairs for value in (pair[side], pair[side].conjugate())])
             ax.scatter(values.real, values.imag, s=36, label=name, **look)
         ax.margins(0.2)
+        ax.set_xlim(_widened(*ax.get_xlim()))
+        ax.set_ylim(_widened(*ax.get_ylim()))
         ax.set_title(title)
         ax.set_xlabel(f"real part [{pretty_unit(unit)}]")
         ax.set_ylabel(f"imaginary part [{pretty_unit(unit)}]")
         ax.legend()
     return figure
+
+
+def _widened(low: float, high: float) -> tuple[float, float]:
+    """Return limits far enough apart for short numbers at the ticks."""
+    middle = (low + high) / 2
+    half = max(high - low, _NARROWEST * abs(middle)) / 2
+    return middle - half, middle + half
 
 
 def _draw_rates(ax: Axes, rates: Mapping[str, float]) -> None:

@@ -371,7 +371,13 @@ def outcome(arguments: tuple[str, ...], place: Path) -> tuple[object, ...]:
     for folder in sorted((p for p in place.rglob("*") if p.is_dir()), reverse=True):
         if not any(folder.iterdir()):
             folder.rmdir()
-    return status, re.sub(r"[\d.]+ ms|in [\d.e+-]+ s.*|, \d+ a second|\"run_seconds\": [^,]+", "", text), new
+    return (
+        status,
+        re.sub(
+            r"[\d.]+ ms|in [\d.e+-]+ s.*|, \d+ a second|\"run_seconds\": [^,]+|(ticks of a step|exchanges) .*", "", text
+        ),
+        new,
+    )
 
 
 @functools.cache  # many parameters are shown beside one line

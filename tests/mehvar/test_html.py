@@ -126,8 +126,16 @@ def test_quantities_are_set_and_names_and_checksums_are_not(plain, pretty):
 
 
 def test_the_page_of_requirements_has_one_style_of_numbers():
-    requirement, worst = {"name": "small", "text": "peak < 1e-5", "units": "peak in m"}, [("run 1, peak = 3e-06", "")]
+    requirement = {"name": "small", "text": "peak < 1e-5", "units": "peak in m", "number": "peak"}
+    worst = [("run 1, peak = 3e-06", "")]
     row = (requirement, "holds", "holds", "between 2e-06 and 1", worst)
     text = page("requirements.html.j2", title="runs", wrong="1e-06", rows=[row])
     assert all(f"{figure}×10⁻⁶" in text for figure in (1, 2, 3))
     assert "<code>peak &lt; 1e-5</code>" in text  # what is typed stays
+
+
+@pytest.mark.parametrize(("number", "heading"), [("peak", "Worst runs"), (None, "First runs that fail")])
+def test_runs_are_the_worst_only_where_a_number_orders_them(number, heading):
+    requirement = {"name": "small", "text": "", "units": "", "number": number}
+    row = (requirement, "holds", "holds", "", [("run 1", "")])
+    assert re.findall("<h3>(.*)</h3>", page("requirements.html.j2", title="", wrong="1", rows=[row])) == [heading]

@@ -12,10 +12,11 @@ from mehvar.base.manifest import read_manifest
 from mehvar.codegen.diff.report import EquationVerdict, label
 from mehvar.comparison.compare import compare_documents
 from mehvar.comparison.consequences import Consequences, Rate
+from mehvar.comparison.document import Group, Table, Words
 from mehvar.comparison.effects import moved, number, relative, unit
 from mehvar.comparison.equations import example
 from mehvar.comparison.html import html_page
-from mehvar.comparison.markdown import markdown
+from mehvar.comparison.markdown import _paragraphs, markdown
 from mehvar.comparison.result import Diff, ModelDiff
 from mehvar.comparison.runs import MarginChange, MetricChange, RunChange, Runs
 from mehvar.comparison.spectra import Loop
@@ -98,6 +99,17 @@ def facts(model: ModelDiff) -> list[str]:
         said += [reason for _, _, reason in follows.runs.refused]
         said += [follows.note, follows.runs.note, f"{follows.residual:.2g}", "angle = 0.375"]
     return [fact for fact in said if fact]
+
+
+def test_values_at_a_point_name_the_definitions_that_keep_their_old_values():
+    old, new = "s = x\nr = y\nf: s*m + r*k", "s = x + 1\nr = y\nf: s**2*m + r*k"
+    model = compare_documents(document(old), document(new))
+    changed = model.comparison["f"]
+    assert changed.held == ("s",)
+    told = [str(model), html_page(Diff("", "", (model,))), markdown(Diff("", "", (model,))), str(model.to_json())]
+    assert all("with s as before" in plain(form) for form in told[:3])
+    assert "'held': ('s',)" in told[3]
+    assert model.comparison["s"].held == ()
 
 
 def plain(text: str) -> str:
@@ -187,6 +199,25 @@ def test_many_edits_are_told_shortly_and_in_order():
     assert all(f"metric {k}" in page for k in range(30))
 
 
+def test_a_heading_counts_every_equation_that_it_names():
+    names = ("xa", "ya", "za", "va", "wa", "xb", "yb", "zb")
+    others = "".join(f"{name} = {name[0]}*J\nr{name}: {name}\n" for name in names)
+    members = "".join(f"s{k} = m{k}*q{k}\n" for k in (1, 2, 3)) + "f: s1 + s2 + s3"
+    edited = members.replace("\n", " + x\n")
+    model = compare_documents(document(others + members), document(others.replace("J", "k") + edited))
+    assert "3 more of definition, changed: s1, s2, s3" in str(model)
+
+
+def test_markdown_reads_like_the_text():
+    """Of a summary Markdown reads no escapes, as it stands within HTML."""
+    MarkdownIt = pytest.importorskip("markdown_it").MarkdownIt
+    words = "x_1 < y_1 & *[a]* ~~b~~ $c$ #1 \\ `d` | e &lt; <b>"
+    group = Group(words, [Words(words), Words(words, strong=True), Table(words, ["old"], [[words]])], True)
+    read = MarkdownIt("gfm-like", {"linkify": False}).render("\n\n".join(_paragraphs([group])))
+    text = html.unescape(re.sub(r"</?(p|strong|table|thead|tbody|tr|th|td|details|summary)( [^>]*)?>", "\n", read))
+    assert [line for line in map(str.strip, text.splitlines()) if line] == [words] * 4 + ["old", words]
+
+
 def test_a_page_begins_with_what_changed_and_has_no_section_without_content():
     same, changed = (
         dataclasses.replace(compare_documents(document("f: m*x"), document(new)), model=name)
@@ -234,6 +265,8 @@ def test_what_differs_is_shown_different_and_a_value_that_became_zero_has_no_per
     """Such lines read "-0.8333 -> -0.8333" and "(-100 %)"."""
     assert moved(complex(-5 / 6), complex(-5 / 6 - 2e-6)) == ("-0.83333", "-0.83334")
     assert moved(complex(-0.5), complex(-0.5, 1e-11)) == ("-0.5", "-0.5 ± 1e-11i")
+    edge = complex(-0.12475 - 1e-15, 7.993), complex(-0.12475 + 1e-15, 7.994)
+    assert len({part.split(" ")[0] for part in moved(*edge)}) == 1
     assert moved(complex(-0.5), complex(-0.25, 1)) == ("-0.5", "-0.25 ± 1i")
     pairs = ((2.0, 3.0), (2.0, 0.0), (0.0, 2.0))
     assert [relative(MetricChange("m", "s", *pair)) for pair in pairs] == ["+50 %", "", ""]

@@ -103,6 +103,34 @@ def test_names_are_escaped_and_latex_is_set():
     assert "φ" in visible(tree)
 
 
+@pytest.mark.parametrize("tex", [r"\dot{v}", r"\ddot{v}_1", r"\hat{x}", r"\tilde{x}", r"\vec{r}", r"\dot{\hat{x}}"])
+def test_signs_above_letters_have_their_whole_size(tex):
+    """Browsers draw them like exponents otherwise, and the dot of a rate is smaller than a pixel."""
+    signs = list(ET.fromstring(mathml(tex)).iter("mover"))
+    assert signs
+    assert all(sign.get("accent") == "true" for sign in signs)
+
+
+@pytest.mark.parametrize(
+    ("tex", "text"),
+    [
+        (r"-d \mathrm{atan2}\left(v, x\right)", "−d atan2(v,x)"),
+        (r"k \sin^{2} x", "k sin2 x"),
+        (r"-\mathrm{gain} k x", "−gain kx"),
+        (r"\mathrm{hub}_{a} \mathrm{hub}_{b}", "huba hubb"),
+        (r"2 \, \sin \, x", "2 sin x"),
+        (r"2 \mathrm{x2max}", "2 x2max"),
+        (r"x_{\mathrm{ref}} y", "xrefy"),
+        (r"\left(a\right) \cos b - \ln c", "(a) cos b−ln c"),
+    ],
+)
+def test_names_of_several_letters_stand_apart(tex, text):
+    tree = ET.fromstring(mathml(tex))
+    for space in tree.iter("mspace"):
+        space.text = " "
+    assert visible(tree) == text
+
+
 @pytest.mark.parametrize(
     ("old", "new", "marked"),
     [
@@ -112,8 +140,11 @@ def test_names_are_escaped_and_latex_is_set():
         ("f: x*y + 2*z*w", "f: x*y - 2*z*w", [["2wz"], ["−2wz"]]),
         ("f: x*y + 2*z*w", "f: x*y + 2*z*v", [["w"], ["v"]]),
         ("f: x*y + m*sin(z)", "f: x*y + m*sin(y)", [["z"], ["y"]]),  # not in the term that stayed
-        ("f: x*(y/3 + z)/2", "f: x*(y/3 + z)/3", [["x(y3+z)2"], ["x(y3+z)3"]]),  # the other 1/3 stayed
+        ("f: x*(y/3 + z)/2", "f: x*(y/3 + z)/3", [["2"], ["x(y3+z)3"]]),  # the other 1/3 stayed
         ("f: x*y + 2*z*w*v", "f: x*y + 2*z*w", [["2vwz"], ["2wz"]]),
+        ("f: v + 3*x/4", "f: v + 3*x/8", [["3", "4"], ["3", "8"]]),
+        ("f: v - x/2", "f: v - x/3", [["2"], ["3"]]),
+        ("f: v - 3*x/4", "f: v + 5*x/8", [["−3x4"], ["+5x8"]]),  # the sign changed too
         ("s = x + z\nf: s*w + s*v", "sigma = x + z\nf: sigma*w + 2*sigma*v", [["sv"], ["2sigmav"]]),
     ],
 )

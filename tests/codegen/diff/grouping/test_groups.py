@@ -7,7 +7,8 @@ import random
 import pytest
 
 from mehvar.codegen.diff import compare
-from mehvar.codegen.diff.report import EXTENDED, MEMBER, EquationVerdict, ModelStatus
+from mehvar.codegen.diff.report import EXTENDED, MEMBER, EquationVerdict
+from mehvar.comparison.equations import Equations
 from mehvar.comparison.text import lines
 from mehvar.terminal import plain_text
 from tests.codegen.diff.documents import document
@@ -40,7 +41,7 @@ def test_a_longer_family_is_one_entry(seed):
         assert story.kind == "extended"
         assert word in story.says
         assert story.names == ("l3", "m3")
-        text = plain_text(lines("made", ModelStatus.CHANGED, comparison, None))
+        text = plain_text(lines(Equations(comparison).blocks(), 0))
         assert story.says in text
         assert "m3" not in text.replace(story.says, "")
 
@@ -81,7 +82,7 @@ def test_the_same_edit_in_every_axis_is_one_entry():
     (story,) = comparison.groups
     assert (story.kind, story.names) == ("symmetric", ("T_x", "T_y", "T_z"))
     assert "3 became 2" in story.says
-    text = plain_text(lines("made", ModelStatus.CHANGED, comparison, None))
+    text = plain_text(lines(Equations(comparison).blocks(), 0))
     assert text.count("changed T_x, T_y, T_z") == 1
     assert "changed T_y" not in text
 
