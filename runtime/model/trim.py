@@ -220,7 +220,7 @@ def _check_steady(point: Trim, slopes: FloatArray, unknowns: FloatArray) -> None
     bounds = f"; at a bound: {', '.join(point.at_bounds)}" if point.at_bounds else ""
     rate = f"the rate of {point.steady[worst]} is {point.residual[worst]:.3g}"
     hint = "Free more states or inputs, begin elsewhere, or name in steady the states whose rates must vanish"
-    raise TrimError(f"no steady state: {rate} at best{bounds}. {hint}", point)
+    raise TrimError(f"no steady state found: {rate} where the search ended{bounds}. {hint}", point)
 
 
 def _texts(name: str, value: object) -> tuple[str, ...]:

@@ -39,7 +39,7 @@ def test_pendulums_hang_along_the_thrust():
 def test_what_is_not_steady_is_no_result():
     """Bounds hold all the same, and the point where the rates are least is there."""
     with pytest.raises(
-        mehvar.TrimError, match=r"^no steady state: the rate of \w+ is .* at a bound: w2\. Free more"
+        mehvar.TrimError, match=r"^no steady state found: the rate of \w+ is .* at a bound: w2\. Free more"
     ) as error:
         mehvar.trim("triangle", free={"w2": 0.3}, fix={"rho": 0.3, "mu": 0.2}, bounds={"w2": (0.2, 1.0)})
     point = error.value.point
