@@ -55,6 +55,7 @@ def picture(browser, page: Path, width: int, color: str) -> Image.Image:
     """Return the first screens of a page, small and grey."""
     resize(browser, width, HEIGHT)
     prefer(browser, prefers_color_scheme=color, prefers_reduced_motion="reduce")
+    browser.execute_cdp_cmd("Emulation.setScrollbarsHidden", {"hidden": True})  # they fade
     browser.get("about:blank")
     browser.get(page.as_uri())
     settled(browser, ready=False)
