@@ -455,7 +455,7 @@ class Manifest:
     def controller(self, name: str) -> Controller:
         """Return a control law by name, or raise InputError with the known names."""
         if not isinstance(name, str) or name not in self.controllers:
-            note = WITHOUT_LAW if name == OPEN_LOOP else ""
+            note = WITHOUT_LAW if isinstance(name, str) and name == OPEN_LOOP else ""
             raise unknown_name(f"controller of {self.model}", name, self.controllers, note=note)
         return self.controllers[name]
 
