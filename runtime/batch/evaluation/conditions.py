@@ -234,7 +234,7 @@ class Criterion(_Expression):
 
     def units(self, units: Mapping[str, str]) -> str:
         """Return the units of the numbers that the condition compares without a unit, as in "T_x in s"."""
-        leaves = [set(_leaves(chain)) for chain in _chains(self._tree)]
+        leaves = [list(_leaves(chain)) for chain in _chains(self._tree)]
         plain = (group for group in leaves if not any(isinstance(leaf, _Quantity) for leaf in group))
         bare = set().union(*plain) & self.names
         named = ((name, units.get(name, "1")) for name in sorted(bare))

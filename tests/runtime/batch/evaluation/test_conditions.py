@@ -71,6 +71,7 @@ def test_numbers_that_are_compared_have_one_unit_and_words_of_a_status_have_none
         ("T_x < 20 s and rho < 5 cm", ""),
         ("not (rho < 5 cm) or abs(T_y) < 3 and rho > 0.1", "T_y in s, rho in m"),
         ("T_x < T_y", "T_x in s, T_y in s"),
+        ("3 < T_x < 3 s", ""),  # equal numbers, of which one has a unit
         ("status == done and T_x < 1 h", ""),
     ):
         assert Criterion(condition).units(units) == bare
